@@ -78,17 +78,20 @@ class Rows:
     def __init__(self, path, control=False):
         self.path, self.control, self.rows = pathlib.Path(path), control, []
 
-    def add(self, item, value, half_width, command, change=None):
+    def add(self, item, value, half_width, command, change=None, version=None, date=None):
+        """`version` and `date` of rows that are not computed now, but stored."""
         row = [item, f"{value:.6g}", f"{value - half_width:.6g}", f"{value + half_width:.6g}", command]
-        row += [datetime.date.today().isoformat(), VERSION]
+        row += [date or datetime.date.today().isoformat(), version or VERSION]
         self.rows.append([change] * self.control + row)
         self.write()
         print(self.rows[-1], flush=True)
 
     def write(self):
         columns = ["change"] * self.control + ["item", "value", "low", "high", "command", "date", "version"]
-        with open(self.path, "w", newline="") as file:
+        whole = self.path.with_suffix(".part")
+        with open(whole, "w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows([columns, *self.rows])
+        whole.replace(self.path)
 
 
 VERSION = subprocess.run([POREPACK, "--version"], capture_output=True, text=True).stdout.split("\n")[0].removeprefix("porepack ")

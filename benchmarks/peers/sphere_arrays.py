@@ -5,8 +5,8 @@
     POREPACK=build/porepack peers/bin/python benchmarks/peers/sphere_arrays.py sphere_arrays.csv
 
 K is known to seven digits (Zick & Homsy; boundary integrals). Both codes get the sphere's exact distance, one grid, three places of the
-sphere relative to the grid; the error is the largest of the three, the seconds are the least of the repeats, two threads each. Peclet
-marches with its own settings for creeping flow and stops at a change of 1e-6; PorePack stops at an iteration error of 1e-5 or 1e-6.
+sphere relative to the grid; the error is the largest of the three, the seconds are the least of all runs at these places, two threads each.
+Peclet marches with its own settings for creeping flow and stops at a change of 1e-6; PorePack stops at an iteration error of 1e-6.
 """
 
 import csv

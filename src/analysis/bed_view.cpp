@@ -35,9 +35,10 @@ report::BedView::Slice::Values values_of(const FlowImage& flow, const std::vecto
     const auto at = [&](double part) {
         return values.empty() ? 0.0 : values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
     };
-    report::BedView::Slice::Values found{.name = name, .unit = unit, .range = {at(0.0), std::max(at(share), at(0.0) + 1e-300)}};
+    report::BedView::Slice::Values found{.name = name, .unit = unit, .range = {at(0.0), at(share)}};
     for (const std::size_t cell : cells) {
-        const double part = (value_of(cell) - found.range.low) / (found.range.high - found.range.low);
+        const auto& [low, high] = found.range;
+        const double part = high > low ? (value_of(cell) - low) / (high - low) : 0.0;
         found.bytes.push_back(flow.phase[cell] == Phase::pore ? static_cast<std::uint8_t>(std::lround(254.0 * std::clamp(part, 0.0, 1.0)))
                                                               : report::BedView::Slice::Values::solid);
     }

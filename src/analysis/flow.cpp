@@ -15,7 +15,6 @@
 #include "core/table.hpp"
 #include "io/image.hpp"
 #include "lbm/checkpoint.hpp"
-#include "lbm/grid_sizes.hpp"
 #include "lbm/permeability.hpp"
 #include "lbm/sequence.hpp"
 #include "lbm/slabs.hpp"
@@ -122,19 +121,6 @@ results::Lbm result_of(const LbmResult& result, const PoreSpace& space, double p
     return found;
 }
 
-// Each part drops what only the others need of an image, and of its variants, which are made from the whole one.
-void keep_own_part(PoreSpace& space, std::optional<GrayVariants>& variants, LbmRun& run, double voxel_size_m, const LbmConfig& config,
-                   double porosity) {
-    run.cuts = lbm::slab_cuts(space, voxel_size_m, config, *run.parts);
-    const auto own = [&](const PoreSpace& whole) { return space_of_part(whole, voxel_size_m, config, *run.cuts, porosity, *run.parts); };
-    if (space.gray() && !config.tensor) {
-        variants = gray_variants(*space.gray(), space.container);
-        for (auto* variant : {&variants->averaged, &variants->other_level, &variants->blurred})
-            if (*variant) *variant = std::dynamic_pointer_cast<const GraySolid>(own(with_gray(space, *variant)).solid);
-    }
-    space = own(space);
-}
-
 }  // namespace
 
 Expectation expect_flow(const PoreSpace& space, const LbmConfig& config, double voxel_size_m, double pores) {
@@ -202,9 +188,7 @@ ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const
     const double porosity = space.porosity().value;
     LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     std::optional<GrayVariants> variants;
-    // Other solids are as small in each part; their grids are cut as they are solved.
-    const bool is_image = space.own_grid() || space.gray() || space.closing_radius_m > 0.0;
-    if (run.parts->parts() > 1 && is_image) keep_own_part(space, variants, run, voxel, config, porosity);
+    keep_own_part(space, variants, run, voxel, config, porosity);
     LbmResult result;
     OptionalKey<results::Tensor> tensor;
     if (config.tensor) {

@@ -5,6 +5,7 @@
 
 #include "analysis/uses.hpp"
 #include "core/log.hpp"
+#include "lbm/grid_sizes.hpp"
 #include "pore_space/gray_solid.hpp"
 #include "scans/ball_walls.hpp"
 #include "scans/gray_input.hpp"
@@ -46,6 +47,19 @@ void add_gray_parts(lbm::LbmResult& result, const PoreSpace& space, const lbm::L
         const double blur = variants.blur_voxels * space.image_voxel_size_m / space.grain_size_m;
         result.half_width->blur_m2 = std::max(GrayVariants::blur_part * std::abs(change(variants.blurred)) * k, closed_contacts * blur * k);
     }
+}
+
+void keep_own_part(PoreSpace& space, std::optional<GrayVariants>& variants, lbm::LbmRun& run, double voxel_size_m,
+                   const lbm::LbmConfig& config, double porosity) {
+    if (run.parts->parts() == 1) return;
+    run.cuts = lbm::slab_cuts(space, voxel_size_m, config, *run.parts);
+    const auto own = [&](const PoreSpace& whole) { return space_of_part(whole, voxel_size_m, config, *run.cuts, porosity, *run.parts); };
+    if (space.gray() && !config.tensor && (config.grids > 1 || config.tolerance > 0.0)) {
+        variants = gray_variants(*space.gray(), space.container);
+        for (auto* variant : {&variants->averaged, &variants->other_level, &variants->blurred})
+            if (*variant) *variant = std::dynamic_pointer_cast<const GraySolid>(own(with_gray(space, *variant)).solid);
+    }
+    space = own(space);
 }
 
 }  // namespace porepack::analysis

@@ -13,4 +13,9 @@ namespace porepack::analysis {
 void add_gray_parts(lbm::LbmResult& result, const pore_space::PoreSpace& space, const lbm::LbmConfig& config, const lbm::LbmRun& run = {},
                     std::optional<scans::GrayVariants> variants = std::nullopt);
 
+/// Each part of a computation drops what only the others need of an image; `run` gets the cuts. Variants of a gray image are made from the
+/// whole one, if add_gray_parts() will need them. `porosity` is that of the whole. Nothing changes in one part, or without an image.
+void keep_own_part(pore_space::PoreSpace& space, std::optional<scans::GrayVariants>& variants, lbm::LbmRun& run, double voxel_size_m,
+                   const lbm::LbmConfig& config, double porosity);
+
 }  // namespace porepack::analysis

@@ -94,8 +94,11 @@ Subject read_subject(const Path& folder) {
     if (std::filesystem::exists(wrong)) {
         std::vector<std::string> with_change = columns;
         with_change.insert(with_change.begin(), "change");
-        for (const Fields& row : rows_of(wrong, with_change))
-            subject.controls.push_back({published(row.at("item"), wrong).published, ours_of(row, wrong)});
+        for (const Fields& row : rows_of(wrong, with_change)) {
+            Row& one = published(row.at("item"), wrong);
+            subject.controls.push_back({one.published, ours_of(row, wrong)});
+            one.control_agrees |= subject.controls.back().verdict() != Verdict::disagrees;
+        }
     }
     return subject;
 }
@@ -130,7 +133,7 @@ Verdict verdict_of(const Published& published, const std::optional<Ours>& ours) 
 }
 
 Verdict Row::verdict() const {
-    return verdict_of(published, ours);
+    return control_agrees ? Verdict::none : verdict_of(published, ours);
 }
 
 std::optional<double> Row::difference() const {
@@ -143,7 +146,7 @@ int Subject::count(Verdict verdict) const {
 }
 
 bool Subject::control_disagrees() const {
-    return controls.empty() || std::ranges::any_of(controls, [](const Row& row) { return row.verdict() == Verdict::disagrees; });
+    return std::ranges::any_of(controls, [](const Row& row) { return row.verdict() == Verdict::disagrees; });
 }
 
 std::vector<Subject> read_evidence(const Path& folder) {

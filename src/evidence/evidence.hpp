@@ -34,6 +34,7 @@ enum class Verdict { agrees, disagrees, none };
 struct Row {
     Published published;
     std::optional<Ours> ours = {};  ///< none: not computed yet
+    bool control_agrees = false;    ///< a control of this quantity does not disagree: the comparison shows nothing
     [[nodiscard]] Verdict verdict() const;
     /// Ours over the published value, minus 1.
     [[nodiscard]] std::optional<double> difference() const;
@@ -43,7 +44,7 @@ struct Subject {
     std::string name, title;  ///< of its folder; of the first line of its README.md
     std::vector<Row> rows, controls;
     [[nodiscard]] int count(Verdict verdict) const;
-    /// A control that disagrees; true where there are none.
+    /// One of the controls disagrees.
     [[nodiscard]] bool control_disagrees() const;
 };
 

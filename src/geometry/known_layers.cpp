@@ -9,12 +9,17 @@ KnownLayers::KnownLayers(const Grid& grid) : known_(static_cast<std::size_t>(gri
     set_places();
 }
 
-KnownLayers::KnownLayers(const Grid& grid, const std::vector<core::Interval>& heights_m)
+KnownLayers::KnownLayers(const Grid& grid, const std::vector<core::Interval>& heights_m, bool periodic)
     : known_(static_cast<std::size_t>(grid.cells[2]), false) {
     const long layers = grid.cells[2];
     const auto layer_at = [&](double z) { return std::lround(std::floor((z - grid.origin_m[2]) / grid.spacing_m[2])); };
     for (const core::Interval& part : heights_m) {
-        const long low = layer_at(part.low) - 2, high = std::min(layer_at(part.high) + 2, low + layers - 1);
+        long low = layer_at(part.low) - 2, high = layer_at(part.high) + 2;
+        if (!periodic) {
+            low = std::clamp(low, 0L, layers - 1);
+            high = std::clamp(high, 0L, layers - 1);
+        }
+        high = std::min(high, low + layers - 1);
         for (long layer = low; layer <= high; ++layer) known_[static_cast<std::size_t>(((layer % layers) + layers) % layers)] = true;
     }
     set_places();

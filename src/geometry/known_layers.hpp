@@ -13,8 +13,9 @@ class KnownLayers {
 public:
     /// All of them.
     explicit KnownLayers(const Grid& grid);
-    /// Those between these heights, and two more at each end. Heights outside the grid are those of its images along z too.
-    KnownLayers(const Grid& grid, const std::vector<core::Interval>& heights_m);
+    /// Those between these heights, and two more at each end. Beyond a periodic side they continue at the other one; otherwise the
+    /// outermost layers stand for what lies beyond them.
+    KnownLayers(const Grid& grid, const std::vector<core::Interval>& heights_m, bool periodic);
 
     [[nodiscard]] bool has(int layer) const { return known_[static_cast<std::size_t>(layer)]; }
     /// Place of a layer; of one that is not kept, that of the last one below it.

@@ -47,9 +47,11 @@ public:
     [[nodiscard]] virtual const Grid* own_grid() const { return nullptr; }
     /// Phases on layers of own_grid(), or on a slab of them.
     [[nodiscard]] virtual PhaseImage own_phases(const Grid& /*layers*/) const { return {}; }
-    /// This solid for whoever asks only between these heights (beyond a periodic side: from the other one), where that takes less memory;
-    /// else null. What it answers elsewhere has no meaning.
-    [[nodiscard]] virtual std::shared_ptr<const Solid> between(const std::vector<core::Interval>& /*heights_m*/) const { return nullptr; }
+    /// This solid for whoever asks only between these heights, where that takes less memory; else null. Heights beyond a side that is
+    /// `periodic` along z are those at the other one. What it answers elsewhere has no meaning.
+    [[nodiscard]] virtual std::shared_ptr<const Solid> between(const std::vector<core::Interval>& /*heights_m*/, bool /*periodic*/) const {
+        return nullptr;
+    }
     /// From the surface, at most `cap`; negative inside, where a bound is enough: no point is deeper.
     [[nodiscard]] virtual std::optional<double> distance(const Vec3& /*point*/, double /*cap*/) const { return std::nullopt; }
     /// A solid of which every point lies deeper than `depth` in this one: what blocks the flow there blocks it on voxels of that half

@@ -33,6 +33,13 @@ bool all_differ(const PoreSpace& space, const std::vector<double>& sizes) {
     return true;
 }
 
+// The first grid, as the flow will have it.
+Grid coarsest_grid(const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
+    const double size = coarsest_size(space, voxel_size_m, config);
+    if (config.tolerance > 0.0) return space.plan_at(size).grid;
+    return with_different_grids(space, grid_sizes(space, voxel_size_m, config)).plan_at(size).grid;
+}
+
 }  // namespace
 
 // With a time limit the first three grids are so coarse that they take about half of it; they are always finished, so that there is
@@ -100,30 +107,27 @@ double coarsest_size(const PoreSpace& space, double voxel_size_m, const LbmConfi
 
 long most_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given) {
     const LbmConfig config = fitted_to(space, given);
-    return most_parts(space.plan_at(coarsest_size(space, voxel_size_m, config)).grid.cells[2]);
+    return most_parts(coarsest_grid(space, voxel_size_m, config).cells[2]);
 }
 
 SlabCuts slab_cuts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, const Communicator& parts) {
     const LbmConfig config = fitted_to(space, given);
-    return {space, space.plan_at(coarsest_size(space, voxel_size_m, config)).grid, parts};
+    return {space, coarsest_grid(space, voxel_size_m, config), parts};
 }
 
 PoreSpace space_of_part(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, const SlabCuts& cuts, double porosity,
                         const Communicator& parts) {
     const LbmConfig config = fitted_to(space, given);
     const bool periodic = choose_drive(space.container, config.direction).periodic[2];
-    const Grid whole = space.plan_at(coarsest_size(space, voxel_size_m, config)).grid, slab = cuts.slab_of(whole, periodic, parts);
+    const Grid whole = coarsest_grid(space, voxel_size_m, config), slab = cuts.slab_of(whole, periodic, parts);
     if (!slab.is_slab()) return space;
     // The layers of a finer grid begin up to half a layer of this one elsewhere; links and interpolation reach one further.
     const double h = whole.spacing_m[2], bottom = whole.origin_m[2], top = bottom + whole.cells[2] * h, margin = 4.0 * h;
-    Interval own = {bottom + slab.slab.first * h - margin, bottom + (slab.slab.first + slab.cells[2]) * h + margin};
-    if (const auto bounds = space.solid->bounds(); !periodic)  // nothing from the other side
-        own = {std::max(own.low, bounds.low.z()), std::min(own.high, bounds.high.z() - 1e-6 * h)};
-    std::vector<Interval> heights = {own};
-    // Percolating nodes may be a part of the pores.
+    std::vector<Interval> heights = {{bottom + slab.slab.first * h - margin, bottom + (slab.slab.first + slab.cells[2]) * h + margin}};
+    // The relaxation time is searched on a piece of the first grid that percolates; percolating nodes may be a part of the pores.
     constexpr double wider = 4.0;
     const double nodes = porosity * static_cast<double>(whole.size());
-    if (!space.own_grid() && nodes > nodes_of_search) {
+    if (config.grids > 1 || config.tolerance > 0.0) {
         const double middle = 0.5 * (space.computed().z0_m + space.computed().z1_m),
                      half = 0.5 * std::min(wider * std::max(8.0 * h, (top - bottom) * nodes_of_search / nodes), top - bottom);
         heights.push_back({middle - half - margin, middle + half + margin});

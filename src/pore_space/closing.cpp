@@ -37,9 +37,9 @@ public:
     }
     [[nodiscard]] Bounds bounds() const override { return grains_->bounds(); }
     [[nodiscard]] std::unique_ptr<SolidProbe> probe() const override { return std::make_unique<Probe>(grains_->probe(), levels_->probe()); }
-    [[nodiscard]] std::shared_ptr<const Solid> between(const std::vector<Interval>& heights_m) const override {
+    [[nodiscard]] std::shared_ptr<const Solid> between(const std::vector<Interval>& heights_m, bool periodic) const override {
         const auto part = std::make_shared<ClosedSolid>(*this);
-        part->levels_ = levels_->between(heights_m);
+        part->levels_ = levels_->between(heights_m, periodic);
         return part;
     }
 

@@ -45,8 +45,8 @@ GraySolid GraySolid::with_level(double level) const {
     return copy;
 }
 
-std::shared_ptr<const Solid> GraySolid::between(const std::vector<Interval>& heights_m) const {
-    const KnownLayers layers(image_->grid, heights_m);
+std::shared_ptr<const Solid> GraySolid::between(const std::vector<Interval>& heights_m, bool periodic) const {
+    const KnownLayers layers(image_->grid, heights_m, periodic);
     const auto kept = std::make_shared<GrayImage>(GrayImage{.grid = image_->grid,
                                                             .packed = layers.values(image_->grid, layers_, image_->packed),
                                                             .level = image_->level,

@@ -19,7 +19,8 @@ public:
     void near_column(double x, double y, double length, std::vector<core::Interval>& parts) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
-    [[nodiscard]] std::shared_ptr<const geometry::Solid> between(const std::vector<core::Interval>& heights_m) const override;
+    [[nodiscard]] std::shared_ptr<const geometry::Solid> between(const std::vector<core::Interval>& heights_m,
+                                                                 bool periodic) const override;
 
     /// Its grid is the whole one; between() keeps the values of some of its layers only.
     [[nodiscard]] const std::shared_ptr<const geometry::GrayImage>& image() const { return image_; }

@@ -68,8 +68,8 @@ PhaseImage ImageSolid::own_phases(const Grid& layers) const {
     return part;
 }
 
-std::shared_ptr<const Solid> ImageSolid::between(const std::vector<Interval>& heights_m) const {
-    const KnownLayers layers(image_.grid, heights_m);
+std::shared_ptr<const Solid> ImageSolid::between(const std::vector<Interval>& heights_m, bool periodic) const {
+    const KnownLayers layers(image_.grid, heights_m, periodic);
     PhaseImage kept{.grid = image_.grid, .phase = layers.values(image_.grid, layers_, image_.phase), .notes = image_.notes};
     return std::shared_ptr<const ImageSolid>(new ImageSolid(std::move(kept), layers));
 }

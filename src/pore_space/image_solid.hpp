@@ -19,7 +19,8 @@ public:
     [[nodiscard]] bool has_exact_walls() const override { return false; }
     [[nodiscard]] const geometry::Grid* own_grid() const override { return &image_.grid; }
     [[nodiscard]] geometry::PhaseImage own_phases(const geometry::Grid& layers) const override;
-    [[nodiscard]] std::shared_ptr<const geometry::Solid> between(const std::vector<core::Interval>& heights_m) const override;
+    [[nodiscard]] std::shared_ptr<const geometry::Solid> between(const std::vector<core::Interval>& heights_m,
+                                                                 bool periodic) const override;
 
 private:
     class Probe;

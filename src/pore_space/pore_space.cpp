@@ -145,7 +145,7 @@ PoreSpace PoreSpace::section_only() const {
 
 PoreSpace PoreSpace::between(const std::vector<Interval>& heights_m) const {
     PoreSpace part = *this;
-    if (std::shared_ptr<const Solid> smaller = solid->between(heights_m)) {
+    if (std::shared_ptr<const Solid> smaller = solid->between(heights_m, container.periodic()[2])) {
         part.solid = std::move(smaller);
         part.kept_m = heights_m;
     }

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
+#include "core/interrupt.hpp"
 #include "core/members_json.hpp"
 #include "core/owned_names.hpp"
 #include "core/table.hpp"
@@ -96,7 +97,7 @@ std::string beds_of(const Comparison& comparison, const Path& folder) {
     return choice_of_beds(points, "porosity", "k by lattice Boltzmann, m2", true);
 }
 
-void write_page(const Comparison& comparison, const Path& folder) {
+void write_page(const Comparison& comparison, const Path& folder, bool drawn) {
     report::Page page{.title = "Comparison",
                       .summary = "In brackets: intervals of 95 %. Of one packing: numerical. Of the mean of seeds: their scatter, too."};
     report::ReportSection table{.title = "Quantities", .header = {"quantity", "unit"}};
@@ -107,11 +108,13 @@ void write_page(const Comparison& comparison, const Path& folder) {
         table.rows.push_back({name, row.unit});
         for (const ComparedValue& value : row.values) table.rows.back().push_back(text_of(value));
     }
-    if (fs::exists(folder / "compare.svg")) table.pictures.emplace_back("compare.svg", "Relative to the first result, with intervals.");
+    if (drawn) table.pictures.emplace_back("compare.svg", "Relative to the first result, with intervals.");
     page.sections = {table};
     try {
         page.bed = beds_of(comparison, folder);
-    } catch (const Error& fault) {  // no libjs-three, or results of another version: the numbers are shown without the beds
+    } catch (const Error& fault) {
+        if (interrupted()) throw;
+        // no libjs-three, or results of another version: the numbers are shown without the beds
         page.notes.push_back(fmt::format("No beds: {}", fault.what()));
     }
     write_text(folder / "compare.html", html_page(page, folder));
@@ -196,12 +199,12 @@ void write_comparison(const Comparison& comparison, const Path& folder) {
         ++places;
     }
     table.write(folder / "compare.csv");
-    if (points.empty()) return write_page(comparison, folder);
+    if (points.empty()) return write_page(comparison, folder, false);
     write_text(folder / "compare.dat", points);
     values.emplace_back("places", static_cast<double>(places));
     for (std::size_t c = 0; c < comparison.names.size(); ++c) values.emplace_back(fmt::format("title_{}", c + 1), comparison.names[c]);
-    report::draw_plot(folder / "compare.svg", "compare", values, {.width = 760, .height = 420});
-    write_page(comparison, folder);
+    const bool drawn = report::draw_plot(folder / "compare.svg", "compare", values, {.width = 760, .height = 420});
+    write_page(comparison, folder, drawn);
 }
 
 }  // namespace porepack::study

@@ -2,7 +2,6 @@
 #include <atomic>
 #include <functional>
 
-#include "analysis/gray_parts.hpp"
 #include "core/communicator.hpp"
 #include "core/context.hpp"
 #include "core/interrupt.hpp"
@@ -14,11 +13,9 @@
 #include "lbm/sequence.hpp"
 #include "lbm/solver.hpp"
 #include "pore_space/pore_space.hpp"
-#include "scans/gray_input.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
-#include "support/simulated_scan.hpp"
 
 namespace porepack {
 namespace {
@@ -332,20 +329,6 @@ TEST(Slabs, GiveTheTensor) {
     run_parts(3, [&](const Communicator& slabs) {
         EXPECT_EQ(lbm_tensor(box, 0.05, config, {.parts = &slabs}).permeability_m2, whole.permeability_m2);
     });
-}
-
-TEST(Slabs, GiveThePermeabilityOfAScan) {
-    const Packing bed = random_bed("cylinder:1,2", 30, 0.1);
-    const GrayImage scan = simulated_scan(Grains(bed), bed.container, 0.05, {.blur_voxels = 0.6, .noise = 0.02, .seed = 3});
-    const scans::GrayInput input =
-        scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, bed.container, "scan");
-    const PoreSpace space = pore_space_of(input.solid, bed.container, {0.2, 1.8}, "scan");
-    const auto permeability = [&](const Communicator& slabs) {
-        return lbm_permeability(space, space.voxel_size_m(0.0), {.fields = FieldFiles::none}, {.parts = &slabs}).permeability_m2;
-    };
-    const double whole = permeability(no_communicator());
-    EXPECT_GT(whole, 0.0);
-    run_parts(3, [&](const Communicator& slabs) { EXPECT_EQ(permeability(slabs), whole); });
 }
 
 TEST(Slabs, GiveTheFlowsWithInertia) {

@@ -38,28 +38,22 @@ struct Image {
 
 std::vector<Image> images() {
     const PoreSpace bed = pore_space_of(random_bed("cylinder:1,2", 30, 0.1)).with_section({0.3, 1.7});
+    PoreSpace with_reservoir = closed(pore_space_of(random_bed("cylinder:1,2", 30, 0.1)).with_section({0.5, 1.5}), 0.02);
+    with_reservoir.reservoir_m = 1.0;  // longer than a slab
     return {{"scan", scan_of_bed("cylinder:1,2", {0.2, 1.8})},
             {"scan in situ", scan_of_bed("cylinder:1,2", {0.7, 1.3}).with_ends(Ends::in_situ, 0.3)},
             {"periodic scan", scan_of_bed("box:1,1,1:periodic", {0.0, 1.0})},
             {"segmented", image_of_bed("cylinder:1,2", {0.2, 1.8})},
             {"segmented, periodic", image_of_bed("box:1,1,1:periodic", {0.0, 1.0})},
-            {"menisci", closed(bed, 0.02)}};
+            {"menisci", closed(bed, 0.02)},
+            {"menisci under a reservoir", with_reservoir}};
 }
 
-LbmResult permeability(PoreSpace space, const LbmConfig& config, const Communicator& parts) {
+LbmResult permeability(PoreSpace space, double voxel_size_m, const LbmConfig& config, const Communicator& parts) {
     LbmRun run{.with_flow = true, .parts = &parts};
     std::optional<scans::GrayVariants> variants;
-    if (parts.parts() > 1) {
-        const double porosity = space.porosity().value;
-        run.cuts = slab_cuts(space, voxel, config, parts);
-        const auto own = [&](const PoreSpace& whole) { return space_of_part(whole, voxel, config, *run.cuts, porosity, parts); };
-        if (space.gray()) {
-            variants = gray_variants(*space.gray(), space.container);
-            variants->blurred = std::dynamic_pointer_cast<const GraySolid>(own(with_gray(space, variants->blurred)).solid);
-        }
-        space = own(space);
-    }
-    LbmResult result = lbm_permeability(space, voxel, config, run);
+    analysis::keep_own_part(space, variants, run, voxel_size_m, config, space.porosity().value);
+    LbmResult result = lbm_permeability(space, voxel_size_m, config, run);
     analysis::add_gray_parts(result, space, config, run, variants);
     return result;
 }
@@ -69,11 +63,11 @@ TEST(SlabsOfImages, GiveThePermeabilityOfTheWhole) {
         LbmConfig config;
         config.iteration_tolerance = 1e-2;
         if (space.gray()) config.grids = 3;
-        const LbmResult whole = permeability(space, config, no_communicator());
+        const LbmResult whole = permeability(space, voxel, config, no_communicator());
         const FlowImage flow = whole.flow.of_own();
         for (const int parts : name == "scan" ? std::vector{2, 3} : std::vector{2})
             run_parts(parts, [&](const Communicator& slabs) {
-                const LbmResult found = permeability(space, config, slabs);
+                const LbmResult found = permeability(space, voxel, config, slabs);
                 const std::string where = name + ", slabs: " + std::to_string(parts);
                 EXPECT_EQ(found.permeability_m2, whole.permeability_m2) << where;
                 EXPECT_EQ(found.fine().run.steps, whole.fine().run.steps) << where;
@@ -86,6 +80,36 @@ TEST(SlabsOfImages, GiveThePermeabilityOfTheWhole) {
                     << where;
             });
     }
+}
+
+// The relaxation time is searched on a piece in the middle, which all parts keep.
+TEST(SlabsOfImages, SearchOnTheSamePiece) {
+    LbmConfig config;
+    config.iteration_tolerance = 2e-2;
+    config.grids = 2;
+    config.fields = FieldFiles::none;
+    const PoreSpace scan = scan_of_bed("cylinder:1,3", {0.1, 2.9});
+    constexpr double fine = 0.0135;
+    const LbmResult whole = permeability(scan, fine, config, no_communicator());
+    ASSERT_GT(whole.grids.front().nodes, 200000U);
+    run_parts(2, [&](const Communicator& slabs) {
+        const LbmResult found = permeability(scan, fine, config, slabs);
+        EXPECT_EQ(found.permeability_m2, whole.permeability_m2);
+        EXPECT_EQ(found.grids.front().relaxation_time, whole.grids.front().relaxation_time);
+        EXPECT_EQ(found.fine().run.steps, whole.fine().run.steps);
+    });
+}
+
+// A periodic box whose sides are rounded to whole voxels.
+TEST(SlabsOfImages, AreCutOnTheGridsThatAreSolved) {
+    LbmConfig config;
+    config.iteration_tolerance = 1e-2;
+    config.fields = FieldFiles::none;
+    const PoreSpace box = pore_space_of(random_bed("box:1,1.13,1.47:periodic", 20, 0.1));
+    const LbmResult whole = permeability(box, 0.05, config, no_communicator());
+    EXPECT_TRUE(whole.fine().stretch);
+    run_parts(2,
+              [&](const Communicator& slabs) { EXPECT_EQ(permeability(box, 0.05, config, slabs).permeability_m2, whole.permeability_m2); });
 }
 
 TEST(SlabsOfImages, KeepTheirOwnLayers) {

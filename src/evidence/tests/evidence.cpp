@@ -75,6 +75,14 @@ TEST_F(Evidence, IsReadWithItsControls) {
     EXPECT_TRUE(has(table, "*control, friction 0.1*: K, c 0.4")) << table;
 }
 
+TEST_F(Evidence, GivesNoVerdictWhereAControlAgrees) {
+    write_subject("k,2,0.1,m2,somebody\n", "k,2.1,2.0,2.2,porepack lbm,2026-01-01,0.3\n");
+    write("control.csv", std::string("change,") + ours_columns + "friction 0.1,k,2.15,2.0,2.3,porepack lbm,2026-01-01,0.3\n");
+    const std::vector<Subject> subjects = read_evidence(folder.path());
+    EXPECT_EQ(subjects[0].count(Verdict::none), 1);
+    EXPECT_FALSE(subjects[0].control_disagrees());
+}
+
 TEST_F(Evidence, RefusesRowsThatNobodyPublished) {
     write_subject("k,3,0.1,m2,somebody\n", "K,2.1,2.0,2.2,porepack lbm,2026-01-01,0.3\n");
     EXPECT_TRUE(has(refusal(), "`K` is not in published.csv"));

@@ -1,6 +1,7 @@
 // packing.json, containers, porosity, sections, structure.
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "core/error.hpp"
 #include "packing/film.hpp"
@@ -11,6 +12,7 @@
 #include "support/basics.hpp"
 #include "support/l_shaped.hpp"
 #include "vessels/config.hpp"
+#include "vessels/cylinder.hpp"
 
 namespace porepack {
 using namespace core;
@@ -97,6 +99,28 @@ TEST(Section, DefaultsTrimAndTheEmptyOneIsNamed) {
                         (void)choose_section(container, {.section_m = {0.3, 0.2}}, {0.0, 0.35}, 0.03);
                     }),
                     "0 <= z0 < z1"));
+}
+
+// One half of a tube: its round wall is no whole circle.
+class HalfTube : public Cylinder {
+public:
+    HalfTube() : Cylinder(2.0, 3.0) {}
+    [[nodiscard]] double distance(const Vec3& point) const override { return std::min(Cylinder::distance(point), point.x()); }
+};
+
+// Random places in it are as far from each other as random places are.
+TEST(Structure, OfRandomPlacesInHalfATubeHasNoOrder) {
+    Packing packing{
+        .container = Container(std::make_shared<const HalfTube>()), .shapes = {make_preset(ShapeKind::sphere, 1e-3, 0.0)}, .bodies = {}};
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> side(-1.0, 1.0);
+    while (packing.bodies.size() < 1000) {
+        const Vec3 at(side(random), side(random), 1.5 + 1.4 * side(random));
+        if (packing.container.wall_distance(at) > 0.01) packing.bodies.push_back({.shape = 0, .position_m = at});
+    }
+    const Structure found = structure_of(packing, 1e-6, 1.2, 6);
+    for (std::size_t bin = 1; bin < 6; ++bin)  // 7000 pairs or more: 1 to 3 %
+        EXPECT_NEAR(found.radial_distribution[bin].distribution, 1.0, 0.06) << bin;
 }
 
 // A cubic lattice of touching spheres in a periodic box, and rods that all lie along z.

@@ -13,7 +13,10 @@ import sys
 
 from paraview.simple import *
 
-HERE = os.path.dirname(os.path.abspath(__file__)) if "__file__" in globals() else @folder@
+# Where the results are: beside this script, or where they were when it was written.
+HERE = os.path.dirname(os.path.abspath(__file__)) if "__file__" in globals() else "."
+if not any(os.path.isdir(os.path.join(HERE, stage)) for stage in ("lbm", "stl", "voxelise", "foam")):
+    HERE = @folder@
 view = GetActiveViewOrCreate("RenderView")
 try:
     LoadPalette("WhiteBackground")
@@ -159,7 +162,7 @@ def add_foam(folder):
 
 if path_of("stl", "solid.stl"):
     add_grains(path_of("stl", "solid.stl"))
-if path_of("lbm", "flow.vti"):
+if path_of("lbm", "flow.vti") and path_of("lbm", "result.json"):
     with open(path_of("lbm", "result.json")) as file:
         result = json.load(file)
     add_flow(path_of("lbm", "flow.vti"), result["direction"])

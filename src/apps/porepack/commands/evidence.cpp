@@ -8,7 +8,9 @@
 #include "apps/porepack/uses.hpp"
 #include "core/data_file.hpp"
 #include "core/error.hpp"
+#include "core/escape.hpp"
 #include "core/json.hpp"
+#include "core/owned_names.hpp"
 #include "core/process.hpp"
 #include "evidence/evidence.hpp"
 
@@ -55,24 +57,27 @@ void print_subject(const Subject& subject) {
     for (const Row& row : subject.controls) print(row, fmt::format("  control, {}: {}", row.ours->change, row.published.item));
 }
 
-// The scripts of the subjects write their tables into `target`, each into its own folder; what they do not compute stays as it is stored.
+// The scripts of the subjects write their tables into `target`, each into a folder of its own.
 void compute(const Path& folder, const std::vector<std::string>& names, const Path& target) {
     for (const std::string& name : names) {
-        const Path script = folder / name / "compute";
-        if (!std::filesystem::exists(script)) throw UserError(fmt::format("there is no evidence `{}`", name), {.where = folder.string()});
+        require_plain_name(name, "the name of a subject", "--compute");
+        if (!std::filesystem::exists(folder / name / "compute"))
+            throw UserError(fmt::format("there is no evidence `{}`", name), {.where = folder.string()});
     }
+    make_folder(target);
+    if (std::filesystem::equivalent(folder, target))
+        throw UserError("the stored rows are not overwritten", {.where = target.string(), .fix = "another folder with --output"});
+    OwnedNames(target).claim(names);
     for (const std::string& name : names) {
-        const Path own = target / name;
+        const Path own = target / name, script = std::filesystem::absolute(folder / name / "compute");
         std::filesystem::create_directories(own);
         for (const char* file : {"README.md", "published.csv"})
             std::filesystem::copy_file(folder / name / file, own / file, std::filesystem::copy_options::overwrite_existing);
         fmt::print("{}: computing ...\n", name);
         std::fflush(stdout);
-        const Path script = folder / name / "compute";
-        const ProgramEnd end =
-            run_program({.command = {std::filesystem::absolute(script).string(), "--output", std::filesystem::absolute(own).string()},
-                         .environment = {{"POREPACK", std::filesystem::read_symlink("/proc/self/exe").string()}}});
-        if (end.exit_code != 0) throw UserError(fmt::format("the script of `{}` failed", name), {.where = script.string()});
+        const ProgramEnd end = run_program({.command = {script.string(), "--output", std::filesystem::absolute(own).string()},
+                                            .environment = {{"POREPACK", std::filesystem::read_symlink("/proc/self/exe").string()}}});
+        if (end.exit_code != 0) throw EngineError(fmt::format("the script of `{}` failed", name), {.where = script.string()});
     }
 }
 
@@ -96,7 +101,10 @@ struct Options {
 };
 
 void run_evidence(const Common& common, const Options& options) {
-    Path folder = options.folder.empty() ? core::data_file("evidence") : Path(options.folder);
+    const Path folder = options.folder.empty() ? core::data_file("evidence") : Path(options.folder);
+    if (options.page && (options.folder.empty() || !options.compute.empty()))
+        throw UserError("--page writes the page of a folder that is given, from its stored rows",
+                        {.where = "--page", .fix = "porepack evidence FOLDER --page"});
     std::vector<Subject> subjects = evidence::read_evidence(folder);
     if (!options.compute.empty()) {
         const Path target = common.output.empty() ? Path("evidence_computed") : Path(common.output);
@@ -104,7 +112,7 @@ void run_evidence(const Common& common, const Options& options) {
         compute(folder, options.compute, target);
         subjects = evidence::read_evidence(target);
     }
-    if (options.page) write_page(folder, subjects);
+    if (options.page && !common.dry_run) write_page(folder, subjects);
     if (common.json) {
         Json json = {{"folder", folder.string()}, {"subjects", Json::array()}};
         for (const Subject& subject : subjects) json["subjects"].push_back(json_of_subject(subject));
