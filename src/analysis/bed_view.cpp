@@ -9,6 +9,7 @@
 #include "analysis/streamlines.hpp"
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
+#include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "packing/structure.hpp"
 
@@ -104,6 +105,42 @@ void add_flow(report::BedView& bed, const Path& flow_vti) {
     for (Streamline& line : streamlines(flow, axis, number))
         bed.streamlines.push_back({std::move(line.points_m), std::move(line.speeds_m_per_s)});
     if (!flow.phase.empty()) bed.slice = slice_of(flow, axis);
+}
+
+report::BedView scan_view_of(const imaging::VolumeSource& scan) {
+    const imaging::VolumeHeader& header = scan.header;
+    report::BedView bed{.low_m = header.origin_m};
+    for (std::size_t a = 0; a < 3; ++a) bed.high_m[a] = bed.low_m[a] + static_cast<double>(header.voxels[a]) * header.spacing_m[a];
+    const auto& n = header.voxels;
+    bed.text = fmt::format("A scan of {} x {} x {} voxels of {:.4g} mm.", n[0], n[1], n[2], 1e3 * header.spacing_m[0]);
+    add_scan(bed, scan, header.origin_m);
+    return bed;
+}
+
+void add_scan(report::BedView& bed, const imaging::VolumeSource& scan, const std::array<double, 3>& low_m) {
+    constexpr double most_voxels = 6e6, dark = 0.002, bright = 0.998;  // of all values: single ones beyond would take the contrast
+    const auto& n = scan.header.voxels;
+    const auto factor = static_cast<std::int64_t>(std::ceil(std::cbrt(static_cast<double>(scan.header.count()) / most_voxels)));
+    const imaging::VolumeSource source = factor > 1 ? imaging::binned(scan, std::min({factor, n[0], n[1], n[2]})) : scan;
+    std::vector<float> values(static_cast<std::size_t>(source.header.count()));
+    source.read(0, values);
+    std::vector<float> sorted = values;
+    const auto at = [&](double part) {
+        const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(sorted.size() - 1));
+        std::ranges::nth_element(sorted, place);
+        return static_cast<double>(*place);
+    };
+    report::BedView::Scan seen{.low_m = low_m, .range = {at(dark), at(bright)}};
+    if (!(seen.range.high > seen.range.low)) seen.range = {at(0.0), std::max(at(1.0), at(0.0) + 1.0)};
+    for (std::size_t a = 0; a < 3; ++a) {
+        seen.voxels[a] = static_cast<int>(source.header.voxels[a]);
+        seen.size_m[a] = static_cast<double>(source.header.voxels[a]) * source.header.spacing_m[a];
+    }
+    for (const float value : values) {
+        const double part = (static_cast<double>(value) - seen.range.low) / (seen.range.high - seen.range.low);
+        seen.bytes.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(part, 0.0, 1.0))));
+    }
+    bed.scan = std::move(seen);
 }
 
 }  // namespace porepack::analysis

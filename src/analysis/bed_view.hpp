@@ -1,10 +1,12 @@
 // A packing as a page shows it.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "core/files.hpp"
 #include "core/interval.hpp"
+#include "imaging/volume.hpp"
 #include "packing/packing.hpp"
 #include "report/bed_view.hpp"
 
@@ -16,5 +18,10 @@ namespace porepack::analysis {
 /// Adds some streamlines of flow.vti, along the direction that it names, and speed and pressure on the plane through its middle. Nothing
 /// where the file is missing, or too large to be looked at.
 void add_flow(report::BedView& bed, const core::Path& flow_vti);
+
+/// A scan alone, in its own frame.
+[[nodiscard]] report::BedView scan_view_of(const imaging::VolumeSource& scan);
+/// Adds its gray values, binned to some six million voxels. `low_m`: lowest corner of its first voxel, in the packing's frame.
+void add_scan(report::BedView& bed, const imaging::VolumeSource& scan, const std::array<double, 3>& low_m);
 
 }  // namespace porepack::analysis

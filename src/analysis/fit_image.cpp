@@ -278,11 +278,13 @@ Fitted fit_image(const VolumeSource& source, ImageConfig image, const std::optio
     std::erase_if(found.grains, [&](const FittedGrain& grain) { return grain.residual > std::max(0.1, 2.5 * usual); });
     const std::vector<std::uint8_t> model = rendered(gray.grid, points, found, blur_of_picture_m);
     Container container = input.container;
+    std::array<double, 3> origin_m = gray.grid.origin_m;
     if (image.find_container) {  // again, without the grains: they shift the edge
         const Tube tube = find_tube(scan.reduced(), image.pore_side, name, model);
         container = vessels::make_cylinder(2.0 * tube.radius_voxels * h, container.height());
         const shapes::Vec3 axis(gray.grid.origin_m[0] + tube.x_voxels * h, gray.grid.origin_m[1] + tube.y_voxels * h, 0.0);
         for (FittedGrain& grain : found.grains) grain.pose.position_m -= axis;
+        for (const std::size_t a : {0, 1}) origin_m[a] -= axis[static_cast<int>(a)];
         log_info("container: {:.5g} m without the grains, its axis moved by {:.2g} voxels", *container.tube_diameter(), axis.norm() / h);
     }
     const Unexplained rest = unexplained_of(gray, input.container, model, 0.01 * smallest / (h * h * h));
@@ -293,6 +295,7 @@ Fitted fit_image(const VolumeSource& source, ImageConfig image, const std::optio
     results::Fit result{.file = input.file,
                         .gray = notes,
                         .container = to_json(packing.container),
+                        .image_origin_m = origin_m,
                         .grains = {.found = found.grains.size(), .dropped = refined - found.grains.size()},
                         .solid_change = solid_change(shapes, found),
                         .blur_m = found.common.blur_m,

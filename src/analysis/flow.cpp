@@ -165,15 +165,25 @@ Expectation expect_flow(const PoreSpace& space, const GeometryConfig& geometry, 
     return expect_flow(space, config, space.voxel_size_m(geometry.voxel_size_m), space.porosity(4000).value);
 }
 
-Expectation on_ranks(Expectation expected, const std::string& device, long ranks, long most) {
+namespace {
+
+// Of the one with the largest slab.
+double bytes_of_rank(double memory_bytes, long ranks, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
+    return ranks < 2 ? memory_bytes : program_bytes + largest_slab(space, voxel_size_m, config, ranks) * (memory_bytes - program_bytes);
+}
+
+}  // namespace
+
+Expectation on_ranks(Expectation expected, long ranks, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
     if (ranks < 2) return expected;
-    if (device != "cpu")
-        throw UserError(fmt::format("{} ranks and the device {}", ranks, device),
+    if (config.device != "cpu")
+        throw UserError(fmt::format("{} ranks and the device {}", ranks, config.device),
                         {.allowed = "a device computes the flow of one process", .fix = "--device cpu, or no --ranks"});
-    if (ranks > most) throw too_many_parts(ranks, most);
-    const double slab = (expected.memory_bytes - program_bytes) / static_cast<double>(ranks);
-    expected.memory_bytes += static_cast<double>(ranks - 1) * program_bytes;
-    expected.text += fmt::format("; {} ranks with {} each", ranks, human_bytes(program_bytes + slab));
+    if (const long most = most_parts(space, voxel_size_m, config); ranks > most) throw too_many_parts(ranks, most);
+    expected.text += fmt::format("; {} ranks with up to {} each", ranks,
+                                 human_bytes(bytes_of_rank(expected.memory_bytes, ranks, space, voxel_size_m, config)));
+    const double shared_layers = 2.0 * static_cast<double>(ranks) / space.plan_at(voxel_size_m).grid.cells[2];
+    expected.memory_bytes = static_cast<double>(ranks) * program_bytes + (1.0 + shared_layers) * (expected.memory_bytes - program_bytes);
     return expected;
 }
 
@@ -185,6 +195,7 @@ ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const
     const double on_this_machine = static_cast<double>(ranks_here()) / ranks().parts();
     require_memory(on_this_machine * expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
                    "use a larger voxel size or a shorter section");
+    const double expected_bytes = bytes_of_rank(expected.memory_bytes, ranks().parts(), space, voxel, config);
     const double porosity = space.porosity().value;
     LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     std::optional<GrayVariants> variants;
@@ -201,7 +212,7 @@ ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const
     }
     ComputedFlow flow{.outcome = {result_of(result, space, porosity, config), {.tables = {{"history.csv", history_of(result.fine())}}}}};
     flow.outcome.result.permeability_tensor_m2 = tensor;
-    flow.outcome.result.expected_memory_bytes = expected.memory_bytes;
+    flow.outcome.result.expected_memory_bytes = expected_bytes;
     if (!result.gradients.empty()) flow.outcome.files.tables.emplace_back("gradient.csv", gradients_of(result));
     flow.field = std::move(result.flow);
     return flow;

@@ -46,6 +46,30 @@ std::vector<double> pore_cells_of_layers(const PoreSpace& space, const Grid& who
     return all;
 }
 
+// Of the cuts between parts with equal shares of the pores, but no slab thinner than the grid allows.
+std::vector<double> heights_of_cuts(const std::vector<double>& pores, int number, int layers) {
+    const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / layers;
+    std::vector<double> heights = {0.0};
+    double below = 0.0;
+    std::size_t layer = 0;
+    for (int part = 1; part < number; ++part) {
+        const double wanted = total * part / number;
+        while (layer < pores.size() && below + pores[layer] < wanted) below += pores[layer++];
+        const double share = layer < pores.size() && pores[layer] > 0.0 ? (wanted - below) / pores[layer] : 0.0;
+        heights.push_back((static_cast<double>(layer) + share) / static_cast<double>(pores.size()));
+    }
+    heights.push_back(1.0);
+    // Thick enough, from below and then from above; where all are as thin as possible, equal ones.
+    const auto count = heights.size() - 1;
+    if (thinnest * number > 1.0) {
+        for (std::size_t cut = 0; cut <= count; ++cut) heights[cut] = static_cast<double>(cut) / number;
+        return heights;
+    }
+    for (std::size_t cut = 1; cut < count; ++cut) heights[cut] = std::max(heights[cut], heights[cut - 1] + thinnest);
+    for (std::size_t cut = count - 1; cut > 0; --cut) heights[cut] = std::min(heights[cut], heights[cut + 1] - thinnest);
+    return heights;
+}
+
 }  // namespace
 
 UserError too_many_parts(long parts, long most) {
@@ -57,26 +81,23 @@ SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator&
     const int number = parts.parts();
     if (number == 1) return;
     if (number > most_parts(grid.cells[2])) throw too_many_parts(number, most_parts(grid.cells[2]));
-    const std::vector<double> pores = pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), parts);
-    const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / grid.cells[2];
-    heights_.assign(1, 0.0);
-    double below = 0.0;
-    std::size_t layer = 0;
-    for (int part = 1; part < number; ++part) {
-        const double wanted = total * part / number;
-        while (layer < pores.size() && below + pores[layer] < wanted) below += pores[layer++];
-        const double share = layer < pores.size() && pores[layer] > 0.0 ? (wanted - below) / pores[layer] : 0.0;
-        heights_.push_back((static_cast<double>(layer) + share) / static_cast<double>(pores.size()));
+    heights_ = heights_of_cuts(pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), parts), number, grid.cells[2]);
+}
+
+std::vector<SlabShare> slab_shares(const PoreSpace& space, const Grid& grid, int parts) {
+    const std::vector<double> pores = pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), no_communicator());
+    const std::vector<double> heights = heights_of_cuts(pores, parts, grid.cells[2]);
+    const double total = std::max(1.0, std::accumulate(pores.begin(), pores.end(), 0.0)), layers = static_cast<double>(pores.size());
+    std::vector<SlabShare> shares(static_cast<std::size_t>(parts), {0.0, 0.0});
+    for (std::size_t part = 0; part < shares.size(); ++part) {
+        shares[part].height = heights[part + 1] - heights[part];
+        for (std::size_t layer = 0; layer < pores.size(); ++layer) {
+            const double low = static_cast<double>(layer) / layers, high = static_cast<double>(layer + 1) / layers,
+                         inside = std::min(high, heights[part + 1]) - std::max(low, heights[part]);
+            shares[part].pores += std::max(0.0, inside) * layers * pores[layer] / total;
+        }
     }
-    heights_.push_back(1.0);
-    // Thick enough, from below and then from above; where all are as thin as possible, equal ones.
-    const auto count = heights_.size() - 1;
-    if (thinnest * number > 1.0) {
-        for (std::size_t cut = 0; cut <= count; ++cut) heights_[cut] = static_cast<double>(cut) / number;
-        return;
-    }
-    for (std::size_t cut = 1; cut < count; ++cut) heights_[cut] = std::max(heights_[cut], heights_[cut - 1] + thinnest);
-    for (std::size_t cut = count - 1; cut > 0; --cut) heights_[cut] = std::min(heights_[cut], heights_[cut + 1] - thinnest);
+    return shares;
 }
 
 Grid SlabCuts::slab_of(const Grid& whole, bool periodic, const Communicator& parts) const {

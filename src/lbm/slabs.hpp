@@ -38,4 +38,11 @@ private:
     std::vector<double> heights_ = {0.0, 1.0};  ///< of the cuts, as fractions of the grid's height: parts + 1
 };
 
+/// Of a slab, over those of the whole grid.
+struct SlabShare {
+    double height = 1.0, pores = 1.0;
+};
+/// Those of SlabCuts for so many parts, counted by this one alone.
+[[nodiscard]] std::vector<SlabShare> slab_shares(const pore_space::PoreSpace& space, const geometry::Grid& grid, int parts);
+
 }  // namespace porepack::lbm

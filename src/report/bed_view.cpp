@@ -71,6 +71,12 @@ std::string data_of(const BedView& bed) {
                                                {"range", {values.range.low, values.range.high}},
                                                {"bytes", base64_of(values.bytes)}});
     }
+    if (const auto& scan = bed.scan)
+        json["scan"] = {{"voxels", scan->voxels},
+                        {"low_m", scan->low_m},
+                        {"size_m", scan->size_m},
+                        {"range", {scan->range.low, scan->range.high}},
+                        {"bytes", base64_of(scan->bytes)}};
     if (bed.section_m) json["section_m"] = {bed.section_m->low, bed.section_m->high};
     // No text of a user ends the script.
     std::string text;

@@ -43,6 +43,13 @@ struct BedView {
         };
         std::vector<Values> values = {};
     };
+    /// Gray values of an image, x fastest, of which a slice follows the cut.
+    struct Scan {
+        std::array<int, 3> voxels{};
+        std::array<double, 3> low_m{}, size_m{};
+        core::Interval range = {};        ///< of the bytes 0 to 255
+        std::vector<std::uint8_t> bytes;  ///< values beyond the range are cut there
+    };
     std::string text;  ///< what is seen, for those who do not see it
     std::vector<Kind> kinds;
     std::vector<Grain> grains;
@@ -52,6 +59,7 @@ struct BedView {
     std::vector<Line> streamlines = {};
     std::string flow = {};  ///< whose streamlines and slice they are: "water at a superficial velocity of ..."
     std::optional<Slice> slice = {};
+    std::optional<Scan> scan = {};
 };
 
 /// Throws EngineError where libjs-three is not installed.

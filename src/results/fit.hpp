@@ -38,7 +38,8 @@ void visit_members(Self& sizes, const Visit& visit) {
 struct Fit {
     ImageFile file;
     core::OptionalKey<scans::GrayNotes> gray = {};
-    core::Json container;  ///< as in packing.json
+    core::Json container;                                          ///< as in packing.json
+    core::OptionalKey<std::array<double, 3>> image_origin_m = {};  ///< lowest corner of the image's first voxel, in the packing's frame
     FittedGrains grains = {};
     core::ByName<FittedSizes> sizes;  ///< by shape
     double solid_change = 0.0;        ///< of the solid's volume by fitted sizes, relative
@@ -64,6 +65,7 @@ void visit_members(Self& fit, const Visit& visit) {
     visit("", fit.file);
     visit("gray", fit.gray);
     visit("container", fit.container);
+    visit("image_origin_m", fit.image_origin_m);
     visit("grains", fit.grains);
     visit("sizes", fit.sizes);
     visit("solid_change", fit.solid_change);

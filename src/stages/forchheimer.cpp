@@ -25,9 +25,8 @@ Stage make_forchheimer_stage(const Case& c) {
                 if (!has_packing(c) && !c.from_surface()) return {.text = "as soon as there is a packing"};
                 const PoreSpace space = expected_pore_space(c);
                 const ForchheimerConfig& config = c.settings.forchheimer;
-                const long ranks = c.settings.parallel.ranks;
-                return on_ranks(expect_inertia(space, config), config.device, ranks,
-                                ranks > 1 ? lbm::most_parts(space, space.voxel_size_m(config.voxel_size_m), lbm::LbmConfig()) : 1);
+                return on_ranks(expect_inertia(space, config), c.settings.parallel.ranks, space, space.voxel_size_m(config.voxel_size_m),
+                                {.device = config.device});
             },
             .resumes = true,
             .result_version = results::Forchheimer::version,

@@ -87,7 +87,7 @@ Stage make_lbm_stage(const Case& c) {
         Expectation flow = expect_flow(space, c.settings.lbm, voxel, expected_porosity(c));
         if (const double radius = c.settings.geometry.closing_radius_m; radius > 0.0)
             flow.memory_bytes = std::max(flow.memory_bytes, closing_memory_bytes(space, radius));
-        return on_ranks(flow, c.settings.lbm.device, ranks, ranks > 1 ? lbm::most_parts(space, voxel, c.settings.lbm) : 1);
+        return on_ranks(flow, ranks, space, voxel, c.settings.lbm);
     };
     return stage;
 }

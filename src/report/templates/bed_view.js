@@ -236,7 +236,45 @@
         form.slice.add(new Option(values.name, values.name));
       }
     }
-    form.slice.parentElement.style.display = data.slice ? "" : "none";
+    // Gray values of a scan on the plane of the cut, or through the middle; over them the cut faces of grains let them shine through.
+    let showScan = () => {};
+    const grays = "<i style=\"background:linear-gradient(to right,#000,#fff)\"></i>";
+    if (data.scan) {
+      const s = data.scan, values = new Uint8Array(bytes(s.bytes)), n = s.voxels, axis = c => new THREE.Vector3().setComponent(c, 1);
+      const plane = new THREE.Mesh(new THREE.PlaneBufferGeometry(1, 1),
+        new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+      plane.visible = false;
+      plane.renderOrder = 0;
+      scene.add(plane);
+      showScan = () => {
+        const on = slice !== null && slice.plane === plane;
+        cap.material.transparent = on;
+        cap.material.opacity = on ? 0.45 : 1;
+        cap.material.color.set(on ? 0xe69f00 : cutColour);
+        if (!on) return;
+        const a = Math.max("xyz".indexOf(form.axis.value || "y"), 0), u = a === 0 ? 1 : 0, v = a === 2 ? 1 : 2;
+        const at = (low.getComponent(a) + (form.axis.value ? Number(form.at.value) : 0.5) * (high.getComponent(a) - low.getComponent(a))) / mm;
+        const layer = Math.min(Math.max(Math.floor((at - s.low_m[a]) / s.size_m[a] * n[a]), 0), n[a] - 1), stride = [1, n[0], n[0] * n[1]];
+        const pixels = new Uint8Array(4 * n[u] * n[v]);
+        for (let k = 0, p = 0; k < n[v]; ++k)
+          for (let i = 0; i < n[u]; ++i, p += 4) {
+            pixels.fill(values[layer * stride[a] + i * stride[u] + k * stride[v]], p, p + 3);
+            pixels[p + 3] = 255;
+          }
+        if (plane.material.map) plane.material.map.dispose();
+        else plane.material.needsUpdate = true;
+        plane.material.map = new THREE.DataTexture(pixels, n[u], n[v], THREE.RGBAFormat);
+        plane.material.map.magFilter = plane.material.map.minFilter = THREE.NearestFilter;
+        plane.material.map.needsUpdate = true;
+        plane.scale.set(mm * s.size_m[u], mm * s.size_m[v], 1);
+        plane.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(axis(u), axis(v), axis(u).cross(axis(v))));
+        for (const c of [u, v]) plane.position.setComponent(c, mm * (s.low_m[c] + 0.5 * s.size_m[c]));
+        plane.position.setComponent(a, mm * at);
+      };
+      slices.scan = { plane, bar: grays, text: "gray values, " + s.range.map(g => Number(g.toPrecision(3))).join(" to ") + (count ? "; orange: cut grains" : "") };
+      form.slice.add(new Option("scan", "scan"));
+    }
+    form.slice.parentElement.style.display = data.slice || data.scan ? "" : "none";
     form.lines.parentElement.style.display = data.lines ? "" : "none";
     form.section.parentElement.style.display = data.section_m ? "" : "none";
     if (data.kinds.length < 2) form.colour.querySelector("[value=kind]").remove();
@@ -262,7 +300,7 @@
         kind.tint.needsUpdate = true;
       }
       const bar = "<i style=\"background:linear-gradient(to right," + ramp.map(c => "rgb(" + c.map(v => Math.round(255 * v)) + ")") + ")\"></i>";
-      legend.innerHTML = how === "height" ? "height of the centre, mm" + bar + bottom.toPrecision(3) + " to " + top.toPrecision(3)
+      legend.innerHTML = !count ? "" : how === "height" ? "height of the centre, mm" + bar + bottom.toPrecision(3) + " to " + top.toPrecision(3)
         : how === "contacts" ? "grains that it touches" + bar + "0 to " + most
         : how === "inclination" ? "axis against the vertical, degrees" + bar + "0 to 90" : "";
       if (how === "kind") kindsOf.forEach((kind, k) => {
@@ -280,7 +318,7 @@
       if (slice) {
         const entry = document.createElement("div");
         entry.textContent = slice.text;
-        if ((how === "kind" || how === "plain") && !lines.visible) entry.insertAdjacentHTML("beforeend", bar);
+        if (slice.bar || ((how === "kind" || how === "plain") && !lines.visible)) entry.insertAdjacentHTML("beforeend", slice.bar || bar);
         legend.append(entry);
       }
       wanted = true;
@@ -307,6 +345,7 @@
           mesh.visible = layer === 0 || on;
         });
       cap.visible = on;
+      showScan();
       wanted = true;
     }
 
@@ -419,12 +458,15 @@
         group.visible = input.checked;
         colour();
       });
-    form.slice.addEventListener("change", () => {
+    function chooseSlice() {
       if (slice) slice.plane.visible = false;
       slice = slices[form.slice.value] || null;
       if (slice) slice.plane.visible = true;
+      if (form.slice.value === "scan" && !form.axis.value) form.axis.value = "y";
+      cut();
       colour();
-    });
+    }
+    form.slice.addEventListener("change", chooseSlice);
     form.reset.addEventListener("click", reset);
     form.full.addEventListener("click", () => document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen());
     form.png.addEventListener("click", () => {
@@ -433,8 +475,9 @@
       link.download = "bed.png";
       link.click();
     });
-    colour();
-    cut();
+    if (data.scan) form.slice.value = "scan";
+    if (!count) form.colour.parentElement.style.display = "none";
+    chooseSlice();
     reset();
     draw();
     box.view = { camera, controls, renderer, form, pick, look, reset, cut, colour, kinds: kindsOf, draw: () => { wanted = true; draw(); }, matrices, low, high, vessel, section, lines, slices, inclinations };

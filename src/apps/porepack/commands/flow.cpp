@@ -73,9 +73,8 @@ void run_lbm_command(const CommandLine& line) {
                               },
                           .expect =
                               [&](const PoreSpace& space) {
-                                  return on_ranks(expect_flow(space, geometry, config), config.device,
-                                                  std::max<long>(common.ranks, ranks().parts()),
-                                                  lbm::most_parts(space, space.voxel_size_m(geometry.voxel_size_m), config));
+                                  return on_ranks(expect_flow(space, geometry, config), std::max<long>(common.ranks, ranks().parts()),
+                                                  space, space.voxel_size_m(geometry.voxel_size_m), config);
                               }});
 }
 
@@ -130,8 +129,8 @@ void run_forchheimer_command(const CommandLine& line) {
                                .work = work,
                                .expect =
                                    [&](const PoreSpace& space) {
-                                       return on_ranks(expect_inertia(space, config), config.device, common.ranks,
-                                                       lbm::most_parts(space, space.voxel_size_m(config.voxel_size_m), LbmConfig()));
+                                       return on_ranks(expect_inertia(space, config), common.ranks, space,
+                                                       space.voxel_size_m(config.voxel_size_m), {.device = config.device});
                                    },
                                .resumes = true};
     if (!common.into.empty()) return solve_lattice_grids(load_input(common, command), config, common.into);
