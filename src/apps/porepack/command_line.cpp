@@ -186,13 +186,14 @@ CommandLine::CommandLine()
     CLI::App& app = *app_;
     app.require_subcommand(0, 1);
     app.set_version_flag("--version", version_text);
+    app.add_flag("--only-parse", only_parse_, "end after the flags are understood: for checks of documents")->group("");
     app.footer(
         "Exit codes: 0 done, 2 the input, 3 a numerical failure, 4 an engine is missing or failed, 5 interrupted or the "
         "machine.\nExample:\n  porepack run cases/quickstart");
-    for (const auto& add_commands :
-         {add_new_command, add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command, add_foam_command,
-          add_forchheimer_command, add_tortuosity_command, add_falling_head_commands, add_study_commands, add_design_command,
-          add_image_commands, add_pores_command, add_pressure_drop_command, add_evidence_command, add_view_command, add_tools})
+    for (const auto& add_commands : {add_new_command, add_case_commands, add_shape_command, add_geometry_commands, add_lbm_command,
+                                     add_foam_command, add_forchheimer_command, add_tortuosity_command, add_falling_head_commands,
+                                     add_study_commands, add_design_command, add_image_commands, add_pores_command,
+                                     add_pressure_drop_command, add_evidence_command, add_view_command, add_docs_command, add_tools})
         add_commands(*this);
 }
 
@@ -214,6 +215,7 @@ int CommandLine::run(int argc, char** argv) {
         throw UserError(message, {.fix = near.empty() ? help : fmt::format("{}; {}", perhaps(near), help)});
     }
     require_finite_numbers(app, of_tables_);
+    if (only_parse_) return 0;
     set_thread_count(common.threads);
     if (ranks().parts() > 1 && command_path() != "lbm " && command_path() != "forchheimer ")
         throw UserError(

@@ -117,6 +117,7 @@ private:
     stages::Settings settings_;               // only its lists of keys
     std::set<const CLI::Option*> of_tables_;  ///< options that are keys of a table
     std::function<void()> action_;
+    bool only_parse_ = false;
 };
 
 // Each function adds its commands (commands/*.cpp).
@@ -137,6 +138,7 @@ void add_image_commands(CommandLine& line);
 void add_pores_command(CommandLine& line);
 void add_evidence_command(CommandLine& line);
 void add_view_command(CommandLine& line);
+void add_docs_command(CommandLine& line);
 void add_pressure_drop_command(CommandLine& line);
 void add_tools(CommandLine& line);
 

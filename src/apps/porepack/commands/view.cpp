@@ -1,4 +1,4 @@
-// The bed in three dimensions, as a page for a browser.
+// What opens in a browser, or in ParaView: the bed in three dimensions, and the documents.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -9,6 +9,7 @@
 #include "analysis/bed_view.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"
+#include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
@@ -122,6 +123,37 @@ void view(const Common& common, bool no_open, const std::string& scan) {
     print_result(common, {{"page", page.string()}});
 }
 
+// Of the package porepack-doc.
+const Path installed_site = "/usr/share/doc/porepack/html/index.html";
+
+// From the pages beside this program, in its source tree.
+Path built_site(const Path& output) {
+    Path script;
+    try {
+        script = data_file("scripts/build_docs");
+    } catch (const UserError&) {
+        throw UserError("the documents are not installed",
+                        {.fix = "apt-get install porepack-doc, or build them in the sources: scripts/build_docs FOLDER"});
+    }
+    if (!find_program("sphinx-build"))
+        throw EngineError("sphinx-build is not installed",
+                          {.fix = "apt-get install --no-install-recommends python3-sphinx python3-myst-parser furo"});
+    const ProgramEnd end = run_program({.command = {script.string(), std::filesystem::absolute(output).string()}});
+    if (end.exit_code != 0) throw EngineError("the site could not be built", {.where = script.string()});
+    return output / "index.html";
+}
+
+void show_documents(const Common& common, bool no_open) {
+    const bool is_installed = common.output.empty() && std::filesystem::exists(installed_site);
+    const Path output = common.output.empty() ? Path("porepack-docs") : Path(common.output);
+    if (common.dry_run)
+        return print_result(common,
+                            {{"page", (is_installed ? installed_site : output / "index.html").string()}, {"expected", "half a minute"}});
+    const Path page = is_installed ? installed_site : built_site(output);
+    if (!no_open && has_display()) start({"xdg-open", std::filesystem::absolute(page).string()});
+    print_result(common, {{"page", page.string()}});
+}
+
 }  // namespace
 
 void add_view_command(CommandLine& line) {
@@ -138,6 +170,14 @@ void add_view_command(CommandLine& line) {
     command.add_flag("--no-open", *no_open, "write the page (view.html, or --output) only");
     command.add_flag("--paraview", *paraview,
                      "instead a script (results/view.py) that opens all results of a case in ParaView, and start it");
+}
+
+void add_docs_command(CommandLine& line) {
+    const auto no_open = std::make_shared<bool>(false);
+    auto command = line.add("docs", "all documents as a site with search, opened in the browser", "porepack docs",
+                            [&line, no_open] { show_documents(line.common, *no_open); });
+    command.add_flag("--no-open", *no_open,
+                     "only say where the site is; without the package porepack-doc it is built in porepack-docs, or --output");
 }
 
 }  // namespace porepack::apps
