@@ -16,11 +16,17 @@
 namespace porepack::report {
 namespace {
 
+// A command in it is not broken into lines.
+std::string sentence_html(const std::string& sentence) {
+    static const std::regex command("porepack run --until-sure [0-9.]*[0-9]");
+    return std::regex_replace(for_html(sentence), command, "<code>$&</code>");
+}
+
 // The answer first, then a bar of what its uncertainty is from.
 std::string answer_html(const Answer& answer) {
     if (answer.sentences.empty()) return "";
     std::string html = "<div class=\"answer\"><p><strong>" + for_html(answer.sentences.front()) + "</strong></p>\n";
-    for (std::size_t i = 1; i < answer.sentences.size(); ++i) html += "<p>" + for_html(answer.sentences[i]) + "</p>\n";
+    for (std::size_t i = 1; i < answer.sentences.size(); ++i) html += "<p>" + sentence_html(answer.sentences[i]) + "</p>\n";
     if (!answer.shares.empty()) {
         std::string bar, legend;
         for (const auto& [name, share] : answer.shares) {
@@ -145,7 +151,11 @@ std::string filled(const std::string& page, const std::map<std::string, std::str
 std::string html_page(const Page& page, const Path& folder) {
     std::string notes, numbers, tables;
     for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
-    for (const auto& [label, text] : page.main_numbers) numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
+    for (const auto& [label, text] : page.main_numbers) {
+        if (!page.answer.sentences.empty() && (label.starts_with("k, ") || label.starts_with("porosity, ")))
+            continue;  // the answer has them
+        numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
+    }
     for (const auto& section : page.sections)
         if (!section.rows.empty() || !section.pictures.empty()) tables += section_html(section, folder);
     return filled(read_text(data_file("templates/report.html")),
