@@ -17,7 +17,21 @@ PAGES = {
     "Tutorials": [f"docs/tutorials/{name}" for name in ("own_grain", "own_stone", "own_mesh", "level_curve", "own_study", "cluster", "python")],
     "How to": [
         f"docs/{name}"
-        for name in ("install", "shapes", "packing", "images", "sections", "inertia", "pores", "design", "falling-head", "studies", "cluster", "gpu", "look")
+        for name in (
+            "install",
+            "shapes",
+            "packing",
+            "images",
+            "sections",
+            "inertia",
+            "pores",
+            "design",
+            "falling-head",
+            "studies",
+            "cluster",
+            "gpu",
+            "look",
+        )
     ],
     "Explanation": [f"docs/{name}" for name in ("uncertainty", "lattice-boltzmann", "tortuosity", "causes", "theory")]
     + ["docs/decisions/README"]
@@ -49,7 +63,7 @@ def link(match, folder):
     if "://" in target or target.startswith("#"):
         return match[0]
     file = (folder / target.partition("#")[0]).resolve()
-    if text == file.name and file.is_file():  # where the repository names a file, the site names its title
+    if text == file.name and file.suffix == ".md" and file.is_file():  # where the repository names a file, the site names its title
         text = file.read_text().split("\n", 1)[0].lstrip("# ").partition(":")[0]
     if file.is_dir():
         page = f"{file.relative_to(ROOT)}/README.md"

@@ -9,6 +9,7 @@
 #include "analysis/streamlines.hpp"
 #include "analysis/uses.hpp"
 #include "converters/surface.hpp"
+#include "core/error.hpp"
 #include "imaging/write_volume.hpp"
 #include "io/image.hpp"
 #include "packing/structure.hpp"
@@ -107,21 +108,25 @@ void add_flow(report::BedView& bed, const Path& flow_vti) {
     if (!flow.phase.empty()) bed.slice = slice_of(flow, axis);
 }
 
-report::BedView scan_view_of(const imaging::VolumeSource& scan) {
+report::BedView scan_view_of(const imaging::VolumeSource& scan, const std::array<double, 3>& low_m) {
     const imaging::VolumeHeader& header = scan.header;
-    report::BedView bed{.low_m = header.origin_m};
+    report::BedView bed{.low_m = low_m};
     for (std::size_t a = 0; a < 3; ++a) bed.high_m[a] = bed.low_m[a] + static_cast<double>(header.voxels[a]) * header.spacing_m[a];
     const auto& n = header.voxels;
     bed.text = fmt::format("A scan of {} x {} x {} voxels of {:.4g} mm.", n[0], n[1], n[2], 1e3 * header.spacing_m[0]);
-    add_scan(bed, scan, header.origin_m);
+    add_scan(bed, scan, low_m);
     return bed;
 }
 
 void add_scan(report::BedView& bed, const imaging::VolumeSource& scan, const std::array<double, 3>& low_m) {
     constexpr double most_voxels = 6e6, dark = 0.002, bright = 0.998;  // of all values: single ones beyond would take the contrast
     const auto& n = scan.header.voxels;
-    const auto factor = static_cast<std::int64_t>(std::ceil(std::cbrt(static_cast<double>(scan.header.count()) / most_voxels)));
-    const imaging::VolumeSource source = factor > 1 ? imaging::binned(scan, std::min({factor, n[0], n[1], n[2]})) : scan;
+    const std::int64_t wanted = std::llround(std::ceil(std::cbrt(static_cast<double>(scan.header.count()) / most_voxels))),
+                       factor = std::min({wanted, n[0], n[1], n[2]});
+    const imaging::VolumeSource source = factor > 1 ? imaging::binned(scan, factor) : scan;
+    if (static_cast<double>(source.header.count()) > 4.0 * most_voxels)
+        throw UserError(fmt::format("an image of {} x {} x {} voxels is too wide for a page", n[0], n[1], n[2]),
+                        {.fix = "a part of it: porepack image crop"});
     std::vector<float> values(static_cast<std::size_t>(source.header.count()));
     source.read(0, values);
     std::vector<float> sorted = values;

@@ -19,9 +19,9 @@ namespace porepack::analysis {
 /// where the file is missing, or too large to be looked at.
 void add_flow(report::BedView& bed, const core::Path& flow_vti);
 
-/// A scan alone, in its own frame.
-[[nodiscard]] report::BedView scan_view_of(const imaging::VolumeSource& scan);
-/// Adds its gray values, binned to some six million voxels. `low_m`: lowest corner of its first voxel, in the packing's frame.
+/// A scan alone. `low_m`: lowest corner of its first voxel.
+[[nodiscard]] report::BedView scan_view_of(const imaging::VolumeSource& scan, const std::array<double, 3>& low_m);
+/// Adds its gray values, binned to some six million voxels; `low_m` in the packing's frame. UserError for a thin image of many more.
 void add_scan(report::BedView& bed, const imaging::VolumeSource& scan, const std::array<double, 3>& low_m);
 
 }  // namespace porepack::analysis

@@ -168,8 +168,10 @@ Expectation expect_flow(const PoreSpace& space, const GeometryConfig& geometry, 
 namespace {
 
 // Of the one with the largest slab.
-double bytes_of_rank(double memory_bytes, long ranks, const PoreSpace& space, double voxel_size_m, const LbmConfig& config) {
-    return ranks < 2 ? memory_bytes : program_bytes + largest_slab(space, voxel_size_m, config, ranks) * (memory_bytes - program_bytes);
+double bytes_of_rank(double memory_bytes, long ranks, const PoreSpace& space, double voxel_size_m, const LbmConfig& config,
+                     const core::Communicator& counted_by = no_communicator()) {
+    if (ranks < 2) return memory_bytes;
+    return program_bytes + largest_slab(space, voxel_size_m, config, ranks, counted_by) * (memory_bytes - program_bytes);
 }
 
 }  // namespace
@@ -192,10 +194,9 @@ ComputedFlow compute_flow(PoreSpace space, const GeometryConfig& geometry, const
     const double voxel = plan.voxel_size_m;
     const auto& cells = plan.grid.cells;
     const Expectation expected = expect_flow(space, geometry, config);
-    const double on_this_machine = static_cast<double>(ranks_here()) / ranks().parts();
-    require_memory(on_this_machine * expected.memory_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
+    const double expected_bytes = bytes_of_rank(expected.memory_bytes, ranks().parts(), space, voxel, config, ranks());
+    require_memory(ranks_here() * expected_bytes, fmt::format("the flow on {} x {} x {} voxels", cells[0], cells[1], cells[2]),
                    "use a larger voxel size or a shorter section");
-    const double expected_bytes = bytes_of_rank(expected.memory_bytes, ranks().parts(), space, voxel, config);
     const double porosity = space.porosity().value;
     LbmRun run{.with_flow = true, .checkpoint = checkpoint};
     std::optional<GrayVariants> variants;

@@ -110,12 +110,12 @@ long most_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& gi
     return most_parts(coarsest_grid(space, voxel_size_m, config).cells[2]);
 }
 
-double largest_slab(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, long parts) {
+double largest_slab(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, long parts, const Communicator& counted_by) {
     const LbmConfig config = fitted_to(space, given);
     const double layers = space.plan_at(voxel_size_m).grid.cells[2], shared = 2.0 / layers;
     if (!space.solid) return 1.0 / static_cast<double>(parts) + shared;
     double largest = 0.0;
-    for (const SlabShare& slab : slab_shares(space, coarsest_grid(space, voxel_size_m, config), static_cast<int>(parts)))
+    for (const SlabShare& slab : slab_shares(space, coarsest_grid(space, voxel_size_m, config), static_cast<int>(parts), counted_by))
         largest = std::max({largest, slab.height + shared, slab.pores * (1.0 + shared / slab.height)});
     return std::min(largest, 1.0);
 }

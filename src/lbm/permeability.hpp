@@ -103,8 +103,9 @@ struct GridErrorConstants {
 /// Number of parts into which all grids of lbm_permeability() can be cut.
 [[nodiscard]] long most_parts(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config);
 /// The largest slab of the finest grid with the layers that it shares, over the whole grid: its voxels or, if more, its nodes. Of a pore
-/// space without a solid yet, equal slabs.
-[[nodiscard]] double largest_slab(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config, long parts);
+/// space without a solid yet, equal slabs. All of `counted_by` call it.
+[[nodiscard]] double largest_slab(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config, long parts,
+                                  const core::Communicator& counted_by = core::no_communicator());
 
 /// The whole tensor of a box that is periodic in x, y and z: column j is the flow that a gradient along j drives. Each by
 /// lbm_permeability; `runs` holds the three results.

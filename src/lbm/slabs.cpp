@@ -32,8 +32,9 @@ std::vector<double> pore_cells_of_layers(const PoreSpace& space, const Grid& who
     const int layers = whole.cells[2], first = cut_of(static_cast<double>(parts.part()) / parts.parts(), layers),
               end = cut_of(static_cast<double>(parts.part() + 1) / parts.parts(), layers);
     std::vector<double> mine;
-    if (end > first) {
-        const PhaseImage image = space.phases_on(whole.slab_of(first, end, false).without_halo());
+    constexpr int at_once = 32;  // layers whose phases are in memory
+    for (int low = first; low < end; low += at_once) {
+        const PhaseImage image = space.phases_on(whole.slab_of(low, std::min(low + at_once, end), false).without_halo());
         const std::size_t area = image.grid.index(0, 0, 1);
         for (std::size_t cell = 0; cell < image.phase.size(); cell += area)
             mine.push_back(static_cast<double>(std::count_if(image.phase.begin() + static_cast<std::ptrdiff_t>(cell),
@@ -84,8 +85,8 @@ SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator&
     heights_ = heights_of_cuts(pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), parts), number, grid.cells[2]);
 }
 
-std::vector<SlabShare> slab_shares(const PoreSpace& space, const Grid& grid, int parts) {
-    const std::vector<double> pores = pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), no_communicator());
+std::vector<SlabShare> slab_shares(const PoreSpace& space, const Grid& grid, int parts, const Communicator& counted_by) {
+    const std::vector<double> pores = pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), counted_by);
     const std::vector<double> heights = heights_of_cuts(pores, parts, grid.cells[2]);
     const double total = std::max(1.0, std::accumulate(pores.begin(), pores.end(), 0.0)), layers = static_cast<double>(pores.size());
     std::vector<SlabShare> shares(static_cast<std::size_t>(parts), {0.0, 0.0});

@@ -42,7 +42,8 @@ private:
 struct SlabShare {
     double height = 1.0, pores = 1.0;
 };
-/// Those of SlabCuts for so many parts, counted by this one alone.
-[[nodiscard]] std::vector<SlabShare> slab_shares(const pore_space::PoreSpace& space, const geometry::Grid& grid, int parts);
+/// Those of SlabCuts for so many parts; the pores are counted by `counted_by` together.
+[[nodiscard]] std::vector<SlabShare> slab_shares(const pore_space::PoreSpace& space, const geometry::Grid& grid, int parts,
+                                                 const core::Communicator& counted_by = core::no_communicator());
 
 }  // namespace porepack::lbm

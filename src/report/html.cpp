@@ -22,6 +22,14 @@ std::string sentence_html(const std::string& sentence) {
     return std::regex_replace(for_html(sentence), command, "<code>$&</code>");
 }
 
+// The answer says this number.
+bool is_in(const Answer& answer, const std::string& label) {
+    if (answer.sentences.empty()) return false;
+    const bool of_several = answer.sentences.front().starts_with("k of such packings");
+    return label == "k, this packing" || label == "porosity, this packing" ||
+           (of_several && (label.starts_with("k, mean") || label == "k, next packing"));
+}
+
 // The answer first, then a bar of what its uncertainty is from.
 std::string answer_html(const Answer& answer) {
     if (answer.sentences.empty()) return "";
@@ -152,8 +160,8 @@ std::string html_page(const Page& page, const Path& folder) {
     std::string notes, numbers, tables;
     for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
     for (const auto& [label, text] : page.main_numbers) {
-        if (!page.answer.sentences.empty() && (label.starts_with("k, ") || label.starts_with("porosity, ")))
-            continue;  // the answer has them
+        if (is_in(page.answer, label)) continue;
+        continue;  // the answer has them
         numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
     }
     for (const auto& section : page.sections)

@@ -84,10 +84,13 @@ Stage make_lbm_stage(const Case& c) {
         const PoreSpace space = expected_pore_space(c);
         const double asked = c.settings.geometry.voxel_size_m,
                      voxel = asked > 0.0 || space.own_grid() ? space.voxel_size_m(asked) : space.grain_size_m / 10.0;
-        Expectation flow = expect_flow(space, c.settings.lbm, voxel, expected_porosity(c));
-        if (const double radius = c.settings.geometry.closing_radius_m; radius > 0.0)
-            flow.memory_bytes = std::max(flow.memory_bytes, closing_memory_bytes(space, radius));
-        return on_ranks(flow, ranks, space, voxel, c.settings.lbm);
+        Expectation flow = on_ranks(expect_flow(space, c.settings.lbm, voxel, expected_porosity(c)), ranks, space, voxel, c.settings.lbm);
+        if (const double radius = c.settings.geometry.closing_radius_m; radius > 0.0) {  // each rank makes all menisci
+            const double menisci = closing_memory_bytes(space, radius);
+            flow.memory_bytes = std::max(flow.memory_bytes, static_cast<double>(std::max(1L, ranks)) * menisci);
+            if (ranks > 1) flow.text += fmt::format("; the menisci take {} in each", human_bytes(menisci));
+        }
+        return flow;
     };
     return stage;
 }

@@ -254,6 +254,7 @@
         if (!on) return;
         const a = Math.max("xyz".indexOf(form.axis.value || "y"), 0), u = a === 0 ? 1 : 0, v = a === 2 ? 1 : 2;
         const at = (low.getComponent(a) + (form.axis.value ? Number(form.at.value) : 0.5) * (high.getComponent(a) - low.getComponent(a))) / mm;
+        plane.visible = at >= s.low_m[a] - 1e-9 && at <= s.low_m[a] + s.size_m[a] + 1e-9;
         const layer = Math.min(Math.max(Math.floor((at - s.low_m[a]) / s.size_m[a] * n[a]), 0), n[a] - 1), stride = [1, n[0], n[0] * n[1]];
         const pixels = new Uint8Array(4 * n[u] * n[v]);
         for (let k = 0, p = 0; k < n[v]; ++k)

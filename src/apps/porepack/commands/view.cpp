@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 
@@ -12,6 +13,7 @@
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "core/log.hpp"
 #include "core/process.hpp"
 #include "imaging/volume.hpp"
 #include "packing/packing.hpp"
@@ -19,9 +21,12 @@
 #include "results/fit.hpp"
 #include "results/geometry.hpp"
 #include "results/pack.hpp"
+#include "stages/case_space.hpp"
 
 namespace porepack::apps {
 namespace {
+
+using report::BedView;
 
 bool has_display() {
     return isatty(STDOUT_FILENO) != 0 && (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr);
@@ -46,79 +51,93 @@ void view_in_paraview(const Common& common, bool no_open) {
     print_result(common, {{"script", script.string()}, {"open", "paraview --script=" + script.string()}});
 }
 
-// What a page shows, and where it stands.
-struct Viewed {
-    Path packing, scan, folder;                            // files; none: empty
-    imaging::ImageConfig image = {};                       // how the scan is read
-    std::optional<std::array<double, 3>> scan_low_m = {};  // in the packing's frame
-    std::string title = {};
-};
-
-Viewed viewed_case(const Common& common) {
-    const Case c = read_case(common.input);
-    const Path packing = c.stage_folder("pack") / "packing.json", whole = std::filesystem::absolute(c.folder).lexically_normal();
-    Viewed seen{.folder = c.results(),
-                .image = c.settings.image,
-                .title = (whole.filename().empty() ? whole.parent_path() : whole).filename().string()};
-    if (std::filesystem::exists(packing)) seen.packing = packing;
-    if (!c.settings.image.file.empty()) seen.scan = c.resolve(c.settings.image.file);
-    if (seen.packing.empty() && seen.scan.empty())
-        throw UserError("the case has no packing yet", {.where = common.input, .fix = "porepack pack " + common.input});
-    if (!seen.packing.empty() && !seen.scan.empty())
-        if (const auto& fit = c.result<results::Pack>().fit) seen.scan_low_m = fit->image_origin_m;
-    return seen;
+std::string name_of_folder(const Path& path) {
+    const Path whole = std::filesystem::absolute(path).lexically_normal();
+    return (whole.filename().empty() ? whole.parent_path() : whole).filename().string();
 }
 
-// A packing, a scan, or a packing that was fitted to a scan.
-Viewed viewed_files(const Common& common, const std::string& scan) {
-    const Path input = common.input;
-    Viewed seen{.folder = input.parent_path(),
-                .image = config_from_flags<imaging::ImageConfig>(common.image_flags),
-                .title = input.filename().string()};
-    if (is_packing(common.input)) {
-        seen.packing = input;
-        seen.scan = scan;
-        if (const Path fit = seen.folder / "fit.result.json"; !scan.empty() && std::filesystem::exists(fit))
-            seen.scan_low_m = from_json_members<results::Fit>(read_json(fit), fit.string()).image_origin_m;
-    } else if (imaging::is_volume(input) && scan.empty()) {
-        seen.scan = input;
-    } else {
-        throw UserError("neither a case nor a packing nor a scan",
-                        {.where = common.input, .allowed = "a folder with case.toml, packing.json[.gz], an image of docs/images.md"});
+// The image is that of the fit: as long along each axis, within a voxel, and read with the same axes.
+void require_image_of(const results::Fit& fit, const imaging::VolumeHeader& image, const std::string& where) {
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double length = static_cast<double>(image.voxels[a]) * image.spacing_m[a],
+                     fitted = static_cast<double>(fit.file.voxels[a]) * fit.file.voxel_size_m[a];
+        if (std::abs(length - fitted) > std::max(image.spacing_m[a], fit.file.voxel_size_m[a]))
+            throw UserError(fmt::format("the image is {:.4g} m long along {}, and the one of the fit {:.4g} m", length, "xyz"[a], fitted),
+                            {.where = where, .fix = "the scan of the fit, with the same --image-voxel-size and --image-axes"});
     }
-    return seen;
+    if (image.orientation != fit.file.orientation)
+        throw UserError("the image is read with other axes than in the fit: " + image.orientation,
+                        {.where = where, .allowed = fit.file.orientation, .fix = "the same --image-axes"});
+}
+
+// Grains and scan of a case, and the flow through them.
+BedView view_of_case(const Case& c, const std::string& input) {
+    const Path file = c.stage_folder("pack") / "packing.json",
+               scan = c.settings.image.file.empty() ? Path() : c.resolve(c.settings.image.file);
+    const bool has_packing = std::filesystem::exists(file);
+    if (!has_packing && scan.empty()) throw UserError("the case has no packing yet", {.where = input, .fix = "porepack pack " + input});
+    BedView bed;
+    if (has_packing) {
+        std::optional<Interval> section;
+        if (std::filesystem::exists(c.stage_folder("voxelise") / "result.json")) section = c.result<results::Voxelise>().section_m;
+        bed = analysis::bed_view_of(packing::read_packing(file), section);
+        const auto& fit = c.result<results::Pack>().fit;
+        if (fit && fit->image_origin_m && std::filesystem::exists(scan))
+            analysis::add_scan(bed, imaging::open_volume(scan, c.settings.image), *fit->image_origin_m);
+        else if (!scan.empty())
+            log_warning(fmt::format("{} is not shown: it is gone, or the grains were fitted by an earlier version", scan.string()));
+    } else {
+        const imaging::VolumeSource image = imaging::open_volume(scan, c.settings.image);
+        const Path placed = c.stage_folder("image") / stages::image_file(c);
+        bed = analysis::scan_view_of(
+            image, std::filesystem::exists(placed) ? imaging::open_volume(placed).header.origin_m : image.header.origin_m);
+    }
+    analysis::add_flow(bed, c.stage_folder("lbm") / "flow.vti");
+    return bed;
+}
+
+// A packing, a scan, or a packing beside the scan to which it was fitted.
+BedView view_of_file(const Common& common, const std::string& scan) {
+    const auto config = config_from_flags<imaging::ImageConfig>(common.image_flags);
+    if (!is_packing(common.input)) {
+        if (!imaging::is_volume(common.input) || !scan.empty())
+            throw UserError("neither a case nor a packing nor a scan",
+                            {.where = common.input, .allowed = "a folder with case.toml, packing.json[.gz], an image of docs/images.md"});
+        const imaging::VolumeSource image = imaging::open_volume(common.input, config);
+        return analysis::scan_view_of(image, image.header.origin_m);
+    }
+    if (scan.empty() && !common.image_flags.empty())
+        throw UserError("--image-... have no effect without --scan", {.where = common.input, .fix = "remove them, or name the scan"});
+    BedView bed = analysis::bed_view_of(packing::read_packing(common.input));
+    if (scan.empty()) return bed;
+    const imaging::VolumeSource image = imaging::open_volume(scan, config);
+    if ((image.header.own_phases || image.header.own_fractions) && image.header.notes.contains("container")) {
+        analysis::add_scan(bed, image, image.header.origin_m);  // it lies where the packing does
+        return bed;
+    }
+    const Path file = Path(common.input).parent_path() / "fit.result.json";
+    const auto fit =
+        std::filesystem::exists(file) ? std::optional(from_json_members<results::Fit>(read_json(file), file.string())) : std::nullopt;
+    if (!fit || !fit->image_origin_m)
+        throw UserError("where the scan lies beside the grains is not known",
+                        {.where = common.input,
+                         .allowed = "the packing.json of `porepack image fit`, with fit.result.json beside it, of this version or later"});
+    require_image_of(*fit, image.header, scan);
+    analysis::add_scan(bed, image, *fit->image_origin_m);
+    return bed;
 }
 
 void view(const Common& common, bool no_open, const std::string& scan) {
     const bool of_case = is_case(common.input);
     if (of_case && (!scan.empty() || !common.image_flags.empty()))
         throw UserError("a case names its scan itself", {.where = common.input + ": [image]", .fix = "leave out --scan and --image-..."});
-    const Viewed seen = of_case ? viewed_case(common) : viewed_files(common, scan);
-    const Path page = common.output.empty() ? seen.folder / "view.html" : Path(common.output);
-    std::optional<packing::Packing> packing;
-    if (!seen.packing.empty()) packing = packing::read_packing(seen.packing);
-    std::optional<imaging::VolumeSource> image;
-    if (!seen.scan.empty()) image = imaging::open_volume(seen.scan, seen.image);
-    if (packing && image && !seen.scan_low_m && !(image->header.own_phases || image->header.own_fractions))
-        throw UserError("where the scan lies beside the grains is not known",
-                        {.where = seen.packing.string(),
-                         .allowed = "the packing.json of `porepack image fit`, with fit.result.json beside it, of this version or later"});
-    if (common.dry_run)
-        return print_result(common, {{"page", page.string()}, {"grains", packing ? packing->bodies.size() : 0}, {"expected", "seconds"}});
-    report::BedView bed;
-    if (packing) {
-        std::optional<Interval> section;
-        if (of_case) {
-            const Case c = read_case(common.input);
-            if (std::filesystem::exists(c.stage_folder("voxelise") / "result.json")) section = c.result<results::Voxelise>().section_m;
-        }
-        bed = analysis::bed_view_of(*packing, section);
-        if (image) analysis::add_scan(bed, *image, seen.scan_low_m.value_or(image->header.origin_m));
-    } else {
-        bed = analysis::scan_view_of(*image);
-    }
-    if (of_case) analysis::add_flow(bed, read_case(common.input).stage_folder("lbm") / "flow.vti");
-    report::write_bed_page(page, seen.title, bed);
+    const Case c = of_case ? read_case(common.input) : Case();
+    const Path folder =
+                   of_case ? c.results() : std::filesystem::absolute(common.input + "/").lexically_normal().parent_path().parent_path(),
+               page = common.output.empty() ? folder / "view.html" : Path(common.output);
+    if (common.dry_run) return print_result(common, {{"page", page.string()}, {"expected", "seconds"}});
+    report::write_bed_page(page, name_of_folder(of_case ? c.folder : Path(common.input)),
+                           of_case ? view_of_case(c, common.input) : view_of_file(common, scan));
     if (!no_open && has_display()) start({"xdg-open", std::filesystem::absolute(page).string()});
     print_result(common, {{"page", page.string()}});
 }
