@@ -25,8 +25,8 @@ struct ComputedFlow {
 [[nodiscard]] core::Expectation expect_flow(const pore_space::PoreSpace& space, const lbm::LbmConfig& config, double voxel_size_m,
                                             double porosity);
 
-/// Of the same flow, or flows with inertia, on so many ranks: memory of all, and in the text that of the one with the largest slab. `config`
-/// gives the grids. UserError for more ranks than lbm::most_parts(), and for several ranks with a device.
+/// Of the same flow, or flows with inertia, on so many ranks: memory of all, and in the text that of the one with the largest slab.
+/// `config` gives the grids. UserError for more ranks than lbm::most_parts(), and for several ranks with a device.
 [[nodiscard]] core::Expectation on_ranks(core::Expectation expected, long ranks, const pore_space::PoreSpace& space, double voxel_size_m,
                                          const lbm::LbmConfig& config);
 
