@@ -36,7 +36,7 @@ PAGES = {
     "Explanation": [f"docs/{name}" for name in ("uncertainty", "lattice-boltzmann", "tortuosity", "causes", "theory")]
     + ["docs/decisions/README"]
     + sorted(str(page.relative_to(ROOT).with_suffix("")) for page in (ROOT / "docs/decisions").glob("[0-9]*.md")),
-    "Reference": [f"docs/{name}" for name in ("commands", "case-keys", "files", "errors", "python", "python-reference", "library")] + ["CHANGELOG"],
+    "Reference": [f"docs/{name}" for name in ("commands", "case-keys", "files", "errors", "python", "python-reference", "library")] + ["CONTRIBUTING", "CHANGELOG"],
     "Evidence": ["evidence/README"]
     + sorted(str(page.relative_to(ROOT).with_suffix("")) for page in (ROOT / "evidence").glob("*/README.md"))
     + ["docs/verification", "docs/paper-study", "docs/compare"],
