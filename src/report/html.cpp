@@ -161,7 +161,6 @@ std::string html_page(const Page& page, const Path& folder) {
     for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
     for (const auto& [label, text] : page.main_numbers) {
         if (is_in(page.answer, label)) continue;
-        continue;  // the answer has them
         numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
     }
     for (const auto& section : page.sections)
