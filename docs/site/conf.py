@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[2]
 project = "PorePack"
 author = "the PorePack founders"
 copyright = "the PorePack founders, GPL-3.0-or-later"
-version = release = re.search(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text())[1]
+version = release = re.search(r"POREPACK_VERSION ([^)]+)", (ROOT / "CMakeLists.txt").read_text())[1]
 html_title = f"PorePack {version}"
 
 # Every page, in the order in which it is read; a test demands that none is missing.

@@ -135,9 +135,9 @@ void view(const Common& common, bool no_open, const std::string& scan) {
     const Path folder =
                    of_case ? c.results() : std::filesystem::absolute(common.input + "/").lexically_normal().parent_path().parent_path(),
                page = common.output.empty() ? folder / "view.html" : Path(common.output);
-    if (common.dry_run) return print_result(common, {{"page", page.string()}, {"expected", "seconds"}});
-    report::write_bed_page(page, name_of_folder(of_case ? c.folder : Path(common.input)),
-                           of_case ? view_of_case(c, common.input) : view_of_file(common, scan));
+    const BedView bed = of_case ? view_of_case(c, common.input) : view_of_file(common, scan);
+    if (common.dry_run) return print_result(common, {{"page", page.string()}, {"grains", bed.grains.size()}, {"expected", "seconds"}});
+    report::write_bed_page(page, name_of_folder(of_case ? c.folder : Path(common.input)), bed);
     if (!no_open && has_display()) start({"xdg-open", std::filesystem::absolute(page).string()});
     print_result(common, {{"page", page.string()}});
 }
@@ -178,9 +178,13 @@ void show_documents(const Common& common, bool no_open) {
 void add_view_command(CommandLine& line) {
     const auto no_open = std::make_shared<bool>(false), paraview = std::make_shared<bool>(false);
     const auto scan = std::make_shared<std::string>();
-    auto command = line.add(
-        "view", "a page on which the bed can be turned, cut and coloured, opened in the browser", "porepack view cases/quickstart",
-        [&line, no_open, paraview, scan] { *paraview ? view_in_paraview(line.common, *no_open) : view(line.common, *no_open, *scan); });
+    auto command = line.add("view", "a page on which the bed can be turned, cut and coloured, opened in the browser",
+                            "porepack view cases/quickstart", [&line, no_open, paraview, scan] {
+                                if (!*paraview) return view(line.common, *no_open, *scan);
+                                if (!scan->empty() || !line.common.image_flags.empty())
+                                    throw UserError("--scan and --image-... have no effect with --paraview", {.fix = "remove them"});
+                                view_in_paraview(line.common, *no_open);
+                            });
     command.add_option("input", line.common.input, "a case, packing.json[.gz], or a scan (docs/images.md)").type_name("path").required();
     command.add_option("--scan", *scan, "the scan to which the grains of packing.json were fitted: its gray values on the cut")
         .type_name("path");
