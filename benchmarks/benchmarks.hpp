@@ -7,6 +7,7 @@
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "openfoam/foam.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/coverage_rows.hpp"
@@ -12,8 +13,6 @@
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace lbm;
 using namespace test;
 namespace {
 

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/coverage_rows.hpp"
@@ -17,11 +20,6 @@
 #include "openfoam/foam.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
-using namespace openfoam;
 namespace {
 
 constexpr int lattice_beds[] = {0, 24, 1, 25, 2, 26, 3, 27};

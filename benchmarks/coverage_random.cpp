@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/binomial_interval.hpp"
@@ -17,10 +19,6 @@
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 // The first table was computed with a wider interval.

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
 
 #include "core/json.hpp"
 #include "core/table.hpp"
 #include "lbm/grid_result.hpp"
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 const std::vector<std::string> columns = {"bed",

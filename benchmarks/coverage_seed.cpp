@@ -1,9 +1,13 @@
 // Coverage of every kind of interval on cases of known answer that a seed draws.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/binomial_interval.hpp"
@@ -20,11 +24,7 @@
 #include "tortuosity/tortuosity.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace lbm;
 using namespace test;
-using namespace tortuosity;
-using namespace falling_head;
 namespace {
 
 struct Case {

@@ -1,7 +1,12 @@
 // Both flow solvers on the same section of the same packing: k, interval, cost, and mean profiles of the speed.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/error.hpp"
@@ -12,15 +17,6 @@
 #include "study/case_pipeline.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace io;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace openfoam;
-using namespace stages;
-using namespace study;
 namespace {
 
 constexpr std::size_t bins = 16;

@@ -6,6 +6,8 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/members_json.hpp"
@@ -15,8 +17,6 @@
 #include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace design;
 namespace {
 
 using Random = std::mt19937_64;

@@ -1,10 +1,15 @@
 // Poses fitted to simulated X-ray scans of the settled beds, against the exact poses.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "analysis/fit_image.hpp"
 #include "benchmarks/benchmarks.hpp"
@@ -17,11 +22,6 @@
 #include "scans/shape_points.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace scans;
-using namespace packing;
-using namespace vessels;
-using namespace analysis;
 using shapes::Vec3;
 namespace {
 

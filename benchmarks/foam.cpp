@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -15,14 +17,7 @@
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
 using namespace test;
-using namespace openfoam;
 
 FoamScene foam_scene_of(const Packing& packing, const Section& section, double grain_size_m, double deviation) {
     const PoreSpace space = pore_space_of(packing).with_section(section);

@@ -2,6 +2,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/gray_parts.hpp"
 #include "benchmarks/benchmarks.hpp"
@@ -13,14 +18,7 @@
 #include "scans/gray_input.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 using namespace test;
-using namespace scans;
-using namespace analysis;
 namespace {
 
 struct Row {
@@ -61,8 +59,8 @@ Row measure(const KnownFlow& flow, double voxels, double blur, double noise, uns
 
 GrayRun gray_run(const KnownFlow& flow, double voxels, const ScanSettings& settings) {
     GrayImage scan = simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, settings);
-    GrayInput input =
-        read_gray(scans::scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    GrayInput input = read_gray(scans::scan_of(scan, 0.0, 1.0), {.threshold = imaging::ThresholdRule::volume, .gray_levels = {0.0, 1.0}},
+                                flow.container, flow.name);
     const PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     const LbmConfig config{.direction = flow.direction, .fields = FieldFiles::none};
     LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), config);

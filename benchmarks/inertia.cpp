@@ -3,6 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/error.hpp"
@@ -18,12 +21,7 @@
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace lbm;
 using namespace test;
-using namespace converters;
-using namespace pore_space;
 namespace {
 
 std::vector<shapes::Vec3> face_centred() {

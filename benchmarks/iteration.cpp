@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/json.hpp"
@@ -10,8 +12,6 @@
 #include "support/slow_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace lbm;
 using namespace test;
 
 Json iteration_benchmark(bool quick, const Path& output) {

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "benchmarks/lbm_speed.hpp"
 #include "core/json.hpp"
@@ -9,17 +11,10 @@
 #include "pore_space/pore_space.hpp"
 #include "report/plot.hpp"
 #include "support/known_flows.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 using namespace test;
-using namespace report;
 namespace {
 
 struct Kind {

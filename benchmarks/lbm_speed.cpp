@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/log.hpp"
@@ -14,16 +16,10 @@
 #include "packing/packing.hpp"
 #include "pore_space/percolation.hpp"
 #include "pore_space/walls.hpp"
+#include "support/whole_library.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 template <typename Run>
@@ -68,8 +64,9 @@ Bed bed_of(double porosity, double nodes) {
     const FlowWalls walls{grains, packing.container, section};
     const Stopwatch watch;
     Bed bed;
-    bed.domain = build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, {}, 1.0).grid),
-                              choose_drive(packing.container, Axis::z), &walls);
+    bed.domain =
+        build_domain(voxelise(grains, packing.container, section, plan_voxels(packing.container, section, 1.0 / cells, {}, 1.0).grid),
+                     choose_drive(packing.container, Axis::z), &walls);
     bed.seconds = watch.seconds();
     return bed;
 }

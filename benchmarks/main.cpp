@@ -5,6 +5,8 @@
 
 #include <cstdio>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/build.hpp"
@@ -15,7 +17,6 @@
 #include "core/passive_waiting.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
 namespace {
 
 struct Request {

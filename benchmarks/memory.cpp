@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "benchmarks/lbm_speed.hpp"
 #include "core/error.hpp"
@@ -13,12 +16,9 @@
 #include "pore_space/pore_space.hpp"
 #include "stages/stages.hpp"
 #include "stages/work.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 // Overlapping spheres of 40 nodes diameter in a cylinder as high as it is wide, as `porepack lbm` runs it; not until it is exact.

@@ -4,7 +4,13 @@
 // per cycle than this one.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -19,13 +25,6 @@
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 using Populations = std::array<double, d3q19::directions>;

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/packing.hpp"
@@ -18,16 +22,6 @@
 #include "stages/stages.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace pouring;
-using namespace pouring::dem;
-using namespace pouring::liggghts;
-using namespace pore_space;
-using namespace report;
 
 std::vector<ShapeShare> paper_shape(ShapeKind kind, double sphericity) {
     const Dimensions size = dimensions_for(kind, sphericity, 7.33e-7, Cavity::filled);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <vector>
 
 #include "core/json.hpp"
 #include "pouring/dem/capsule_dem.hpp"

@@ -16,14 +16,9 @@
 #include "pouring/dem/capsule_pour.hpp"
 #include "shapes/config.hpp"
 #include "shapes/rounded_body.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace pouring;
 
 namespace {
 

@@ -1,8 +1,12 @@
 // Cost of a step of either packing engine, and effect of the clumps' settings.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "benchmarks/packing.hpp"
 #include "core/error.hpp"
@@ -10,14 +14,9 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "pouring/dem/capsule_pour.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace pouring;
-using namespace pouring::dem;
 namespace {
 
 double seconds_a_step(CapsuleDem& dem, long steps) {

@@ -2,21 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "pore_space/pore_space.hpp"
 #include "pouring/dem/capsule_pour.hpp"
+#include "support/whole_library.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace pouring;
-using namespace pore_space;
 namespace {
 
 constexpr double d = 4e-3;  // of the capsules

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -21,16 +26,7 @@
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 using namespace test;
-using namespace shapes;
-using namespace report;
 namespace {
 
 struct Bed {

@@ -7,6 +7,7 @@
 #include <boost/math/special_functions/digamma.hpp>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -19,13 +20,6 @@
 #include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
-using namespace uncertainty;
 namespace {
 
 // Relative resistance of the layers of the bed without its ends, in one flow, without a linear trend.

@@ -1,7 +1,13 @@
 // Segmentation of simulated scans of the settled beds: grains found, intersection over union, porosity.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "analysis/segment.hpp"
 #include "benchmarks/benchmarks.hpp"
@@ -15,12 +21,6 @@
 
 namespace porepack::benchmarks {
 using namespace test;
-using namespace core;
-using namespace geometry;
-using namespace scans;
-using namespace packing;
-using namespace vessels;
-using namespace analysis;
 namespace {
 
 struct Scene {

@@ -13,11 +13,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
 // Error and time of the measures against tolerance, of the inverse, and of CGAL's surfaces against their number of triangles.
 Json shapes_benchmark() {
     Json measures = Json::array(), inverses = Json::array(), surfaces = Json::array();

@@ -1,7 +1,15 @@
 // What it costs to divide a flow into two slabs, each with one thread of this process: against one part with two threads, and with
 // messages that take longer.
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <span>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "benchmarks/lbm_speed.hpp"
@@ -18,11 +26,6 @@
 #include "pore_space/walls.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace geometry;
-using namespace packing;
-using namespace pore_space;
-using namespace lbm;
 namespace {
 
 // The messages of `parts` take `seconds` longer, and a part may or may not compute meanwhile. Counts bytes and the seconds of waiting.

@@ -4,7 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -21,18 +26,7 @@
 #include "support/known_flows.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace lbm;
 using namespace test;
-using namespace openfoam;
-using namespace report;
-using namespace stages;
-using namespace study;
 namespace {
 
 double cpu_seconds() {

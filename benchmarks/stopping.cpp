@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/json.hpp"
@@ -12,8 +15,6 @@
 #include "uncertainty/sample.hpp"
 
 namespace porepack::benchmarks {
-using namespace core;
-using namespace uncertainty;
 namespace {
 
 struct Outcome {

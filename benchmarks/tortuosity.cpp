@@ -1,9 +1,13 @@
 // Parameters of the paper's tortuosity, and error against seconds of the others.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/data_file.hpp"
@@ -17,15 +21,6 @@
 
 namespace porepack::benchmarks {
 using namespace test;
-using namespace core;
-using namespace geometry;
-using namespace shapes;
-using namespace packing;
-using namespace vessels;
-using namespace converters;
-using namespace pore_space;
-using namespace tortuosity;
-using namespace report;
 namespace {
 
 struct Bed {

@@ -1,11 +1,12 @@
-# component(name [LINKS components...] [EXCEPT sources...] [PRECOMPILES headers...] [ORCHESTRATES])
+# component(name [LINKS components...] [EXCEPT sources...] [PRECOMPILES headers...] [ORCHESTRATES] [HEAVY])
 # A library porepack_<name> (porepack::<name>) of the sources in src/<name>.
 # PRECOMPILES: headers that most of its sources parse, beside those that all do.
 # Warnings and other flags are private: a program that links a component is compiled with its own.
+# HEAVY: it needs more packages than the minimal build and its compression; so does what links it (porepackConfig.cmake).
 # ORCHESTRATES: it calls others and handles documents, and computes nothing large itself; it is optimised less, which halves its compile
 # time.
 function(component name)
-  cmake_parse_arguments(arg "ORCHESTRATES" "" "LINKS;EXCEPT;PRECOMPILES" ${ARGN})
+  cmake_parse_arguments(arg "ORCHESTRATES;HEAVY" "" "LINKS;EXCEPT;PRECOMPILES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${name}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/tests/[^/]+$")
   foreach(source ${arg_EXCEPT})
@@ -26,6 +27,12 @@ function(component name)
     precompile(porepack_${name} ${name} ${arg_PRECOMPILES})
   else()
     precompile(porepack_${name} computation)
+  endif()
+  get_property(light GLOBAL PROPERTY porepack_light)
+  set(heavy_links ${arg_LINKS})
+  list(REMOVE_ITEM heavy_links ${light})
+  if(NOT arg_HEAVY AND NOT heavy_links)
+    set_property(GLOBAL APPEND PROPERTY porepack_light ${name})
   endif()
   list(TRANSFORM arg_LINKS PREPEND porepack_)
   target_link_libraries(porepack_${name} PUBLIC ${arg_LINKS})

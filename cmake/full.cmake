@@ -5,9 +5,11 @@ find_package(ZLIB REQUIRED)
 find_package(CGAL REQUIRED)
 find_package(muparser REQUIRED)
 find_package(TIFF REQUIRED)
-find_package(ITK 5 REQUIRED COMPONENTS ITKCommon ITKIOImageBase ITKIOPNG ITKIOGDCM ITKImageIntensity ITKBinaryMathematicalMorphology
+set(POREPACK_ITK ITKCommon ITKIOImageBase ITKIOPNG ITKIOGDCM ITKImageIntensity ITKBinaryMathematicalMorphology
   ITKConnectedComponents ITKDistanceMap ITKMathematicalMorphology ITKWatersheds ITKLabelMap)
-find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel IOCore IOXMLParser IOXML IOImage FiltersSources FiltersCore RenderingCore RenderingOpenGL2)
+find_package(ITK 5 REQUIRED COMPONENTS ${POREPACK_ITK})
+set(POREPACK_VTK CommonCore CommonDataModel IOCore IOXMLParser IOXML IOImage FiltersSources FiltersCore RenderingCore RenderingOpenGL2)
+find_package(VTK 9.1 REQUIRED COMPONENTS ${POREPACK_VTK})
 
 target_link_libraries(porepack_packing PRIVATE ZLIB::ZLIB)
 target_compile_definitions(porepack_packing PRIVATE POREPACK_WITH_ZLIB)
@@ -15,13 +17,13 @@ target_compile_definitions(porepack_packing PRIVATE POREPACK_WITH_ZLIB)
 list(TRANSFORM record_of_files PREPEND ${PROJECT_SOURCE_DIR}/src/record/)
 target_sources(porepack_record PRIVATE ${record_of_files})
 target_link_libraries(porepack_record PRIVATE OpenSSL::Crypto)
-component(parallel LINKS core)
+component(parallel LINKS core HEAVY)
 find_package(MPI COMPONENTS C)
 if(MPI_C_FOUND)
   target_link_libraries(porepack_parallel PRIVATE MPI::MPI_C)
   target_compile_definitions(porepack_parallel PRIVATE POREPACK_WITH_MPI)
 endif()
-component(io LINKS geometry)
+component(io LINKS geometry HEAVY)
 target_link_libraries(porepack_io PRIVATE ${VTK_LIBRARIES} ZLIB::ZLIB)
 vtk_module_autoinit(TARGETS porepack_io MODULES ${VTK_LIBRARIES})
 component(imaging LINKS io record)
@@ -41,7 +43,9 @@ component(pores LINKS packing)
 component(scans LINKS imaging pore_space pores)
 component(permeability LINKS record)
 component(uncertainty LINKS permeability)
+target_include_directories(porepack_uncertainty SYSTEM PRIVATE ${Boost_INCLUDE_DIRS})
 component(falling_head LINKS record)
+target_include_directories(porepack_falling_head SYSTEM PRIVATE ${Boost_INCLUDE_DIRS})
 component(results LINKS lbm openfoam scans uncertainty falling_head ORCHESTRATES)
 component(report LINKS io results vessels ORCHESTRATES)
 target_link_libraries(porepack_report PRIVATE OpenSSL::Crypto)
@@ -78,12 +82,12 @@ foreach(program porepack porepack_benchmark)
 endforeach()
 
 # What must be clean before a commit: format, includes, scripts, clang-tidy (slow: it reads every source).
-find_program(RUN_CLANG_TIDY run-clang-tidy NAMES run-clang-tidy run-clang-tidy-14)
 add_custom_target(check
-  COMMAND sh -c "find src tests benchmarks examples -name '*.cpp' -o -name '*.hpp' | xargs clang-format --dry-run --Werror"
+  COMMAND sh -c "command -v clang-format run-clang-tidy shellcheck || { echo 'apt-get install clang-format clang-tidy shellcheck'; exit 1; }"
+  COMMAND sh -c "find src tests benchmarks examples python '(' -name '*.cpp' -o -name '*.hpp' ')' -exec clang-format --dry-run --Werror {} +"
   COMMAND scripts/check_includes
   COMMAND scripts/check_shell
-  COMMAND ${RUN_CLANG_TIDY} -quiet -p ${PROJECT_BINARY_DIR} "${PROJECT_SOURCE_DIR}/src/.*"
+  COMMAND run-clang-tidy -quiet -p ${PROJECT_BINARY_DIR} "${PROJECT_SOURCE_DIR}/src/.*"
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} VERBATIM)
 
 include(cmake/python.cmake)

@@ -43,6 +43,7 @@ install(DIRECTORY evidence DESTINATION ${data} USE_SOURCE_PERMISSIONS PATTERN "_
 install(DIRECTORY cases DESTINATION ${data} USE_SOURCE_PERMISSIONS PATTERN results EXCLUDE)
 
 set(porepack_DATA_FOLDER ${data})
+get_property(porepack_light GLOBAL PROPERTY porepack_light)
 configure_package_config_file(cmake/porepackConfig.cmake.in ${PROJECT_BINARY_DIR}/porepackConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/porepack PATH_VARS porepack_DATA_FOLDER)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/porepackConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -3,6 +3,9 @@
 import re
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+
 ROOT = Path(__file__).resolve().parents[2]
 
 project = "PorePack"
@@ -36,7 +39,8 @@ PAGES = {
     "Explanation": [f"docs/{name}" for name in ("uncertainty", "lattice-boltzmann", "tortuosity", "causes", "theory")]
     + ["docs/decisions/README"]
     + sorted(str(page.relative_to(ROOT).with_suffix("")) for page in (ROOT / "docs/decisions").glob("[0-9]*.md")),
-    "Reference": [f"docs/{name}" for name in ("commands", "case-keys", "files", "errors", "python", "python-reference", "library")] + ["CONTRIBUTING", "CHANGELOG"],
+    "Reference": [f"docs/{name}" for name in ("commands", "case-keys", "files", "errors", "python", "python-reference", "library")]
+    + ["CONTRIBUTING", "CHANGELOG"],
     "Evidence": ["evidence/README"]
     + sorted(str(page.relative_to(ROOT).with_suffix("")) for page in (ROOT / "evidence").glob("*/README.md"))
     + ["docs/verification", "docs/paper-study", "docs/compare"],
@@ -51,6 +55,9 @@ myst_heading_anchors = 4
 suppress_warnings = ["myst.header"]  # pages may begin below the first level
 highlight_language = "none"
 html_theme = "furo"
+html_math_renderer = "mathml"
+html_css_files = ["equations.css"]
+html_static_path = ["static"]
 html_search_scorer = str(Path(__file__).with_name("scorer.js"))
 html_show_sphinx = False
 html_copy_source = False
@@ -71,10 +78,27 @@ def link(match, folder):
     return text if file.suffix == ".md" and file.exists() and str(file.relative_to(ROOT)) not in include_patterns else f"[{text}]({target})"
 
 
+def equation(page, node):
+    """MathML, which browsers show without a script, with the equation's number at the right."""
+    tex, _, number = node.astext().partition(r"\tag{")
+    number = number.rstrip("} \n")
+    math = tex2mathml(tex, inline=False).replace("<math ", '<math display="block" ', 1)
+    page.body.append(f'<div class="equation" id="{number}"><div>{math}</div><span>({number})</span></div>\n')
+    raise nodes.SkipNode
+
+
+def no_equation(page, node):
+    raise ValueError(f"an equation within a line: {node.astext()}")
+
+
 def change_source(_, name, source):
-    """Links of the repository become links of the site, and the first page gets the table of contents."""
+    """Links and equations of the repository become those of the site, and the first page gets the table of contents."""
     folder = (ROOT / name).parent
+    source[0] = re.sub(r"^( *)```math$", r"\1```{math}", source[0], flags=re.M)
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", lambda match: link(match, folder), source[0])
+    if name == "docs/library":
+        html = '<a href="../cpp/index.html">all headers, classes and functions</a>'
+        source[0] = source[0].replace("all headers, classes and functions", html)
     if name != root_doc:
         return
     for caption, pages in PAGES.items():
@@ -83,3 +107,4 @@ def change_source(_, name, source):
 
 def setup(app):
     app.connect("source-read", change_source)
+    app.add_html_math_renderer("mathml", (no_equation, None), (equation, None))

@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "bindings/host.hpp"
 #include "bindings/objects.hpp"
 #include "core/error.hpp"
-#include "results/results.hpp"
+#include "results/read.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/study_run.hpp"
 

@@ -1,6 +1,10 @@
 // The falling-head test: simulated, and measured curves.
 #include <fmt/format.h>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "analysis/falling_head/level_curves.hpp"
 #include "analysis/falling_head/simulation.hpp"
 #include "bindings/host.hpp"

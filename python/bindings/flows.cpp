@@ -1,5 +1,7 @@
 // What is computed in a pore space: permeability, tortuosities, pores.
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "analysis/flow.hpp"
 #include "analysis/pores.hpp"

@@ -3,7 +3,9 @@
 #include <pybind11/pybind11.h>
 #include <unistd.h>
 
+#include <exception>
 #include <filesystem>
+#include <string>
 
 #include "bindings/objects.hpp"
 #include "core/build.hpp"

@@ -1,7 +1,11 @@
 // Shapes, vessels and packings.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/porosity.hpp"
 #include "analysis/pour.hpp"

@@ -1,8 +1,12 @@
 // Pore spaces of packings, images, surfaces and files.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "analysis/porosity.hpp"
 #include "bindings/array_image.hpp"
@@ -45,14 +49,14 @@ PoreSpace space_of_array(const py::array& array, double voxel_size_m, const std:
     });
 }
 
-io::TriangleSurface surface_of(const py::array_t<double, py::array::c_style | py::array::forcecast>& vertices,
-                               const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& triangles) {
+geometry::TriangleSurface surface_of(const py::array_t<double, py::array::c_style | py::array::forcecast>& vertices,
+                                     const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& triangles) {
     const auto refuse = [](const std::string& what) {
         throw core::UserError(
             what, {.where = "PoreSpace()", .allowed = "vertices of shape (n, 3), triangles of shape (m, 3) with numbers of vertices"});
     };
     if (vertices.ndim() != 2 || vertices.shape(1) != 3 || triangles.ndim() != 2 || triangles.shape(1) != 3) refuse("no triangle surface");
-    io::TriangleSurface surface;
+    geometry::TriangleSurface surface;
     for (py::ssize_t n = 0; n < vertices.shape(0); ++n) {
         surface.points.push_back({vertices.at(n, 0), vertices.at(n, 1), vertices.at(n, 2)});
         for (const double x : surface.points.back())
@@ -116,7 +120,7 @@ void bind_pore_spaces(py::module_& module) {
     module.def("space_of_surface", [](const py::object& vertices, const py::object& triangles, const Container& vessel,
                                       const py::dict& geometry, const py::dict& section) {
         const InputOptions options = options_of(geometry, section, {}, &vessel, 1.0);
-        io::TriangleSurface surface = surface_of(vertices, triangles);
+        geometry::TriangleSurface surface = surface_of(vertices, triangles);
         return run([&] { return inputs::load_pore_space(std::move(surface), "PoreSpace()", options); });
     });
     module.def("space_of_file", [](const std::string& file, const Container* vessel, double unit_m, const py::dict& geometry,

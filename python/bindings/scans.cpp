@@ -1,6 +1,10 @@
 // Scans: segmented into grains, or grains of known shape fitted.
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "analysis/fit_image.hpp"
 #include "analysis/segment.hpp"
@@ -84,7 +88,7 @@ pore_space::PoreSpace space_of_segmented(const Segmented& segmented, const py::d
 py::list stones_of(const Segmented& segmented) {
     py::list stones;
     if (!segmented.library) return stones;
-    for (const io::TriangleSurface& surface : segmented.library->surfaces)
+    for (const geometry::TriangleSurface& surface : segmented.library->surfaces)
         stones.append(py::make_tuple(rows_of(surface.points), rows_of(surface.triangles)));
     return stones;
 }

@@ -194,7 +194,7 @@ def permeability(
         value_m2=result["permeability_m2"],
         interval_m2=result["permeability_interval_m2"],
         interval_meaning=result["interval_meaning"],
-        budget_m2=_budget(result),
+        budget_m2=result["half_width_parts_m2"],
         grids=grids,
         direction=result["direction"],
         porosity=result["porosity"],
@@ -205,11 +205,6 @@ def permeability(
         flow=None if arrays is None else Flow(**arrays),
         details=result,
     )
-
-
-def _budget(result: dict[str, Any]) -> dict[str, float] | None:
-    parts: dict[str, float] | None = result["half_width_parts_m2"]
-    return parts and {name: part for name, part in parts.items() if name != "ends"}  # an old name of mass_balance
 
 
 _OF_DOTS = ("dot_spacing_m", "slice_spacing_m", "largest_angle_deg", "dot_pixel_m", "dot_radius_m")

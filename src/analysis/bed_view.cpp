@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "analysis/streamlines.hpp"
 #include "analysis/uses.hpp"

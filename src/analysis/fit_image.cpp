@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/slice_picture.hpp"
 #include "analysis/uses.hpp"
@@ -247,7 +252,7 @@ void add_poses(results::Fit& result, const std::vector<shapes::Shape>& shapes, c
 
 Fitted fit_image(const VolumeSource& source, ImageConfig image, const std::optional<Container>& given,
                  const std::vector<shapes::Shape>& shapes, const std::string& name) {
-    if (image.threshold.is_null()) image.threshold = "volume";
+    if (!image.threshold) image.threshold = imaging::ThresholdRule::volume;
     image.walls = ImageWalls::gray;
     std::vector<ShapePoints> points;
     double thinnest = 1e300, smallest = 1e300;

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "analysis/device_use.hpp"
 #include "analysis/gray_parts.hpp"

@@ -14,7 +14,7 @@ namespace porepack::analysis {
 /// cells do not fit the scene; EngineError.
 [[nodiscard]] results::Foam compute_foam_flow(const pore_space::PoreSpace& space, const converters::GeometryConfig& geometry,
                                               const openfoam::FoamConfig& config, const core::Path& folder,
-                                              const io::TriangleSurface* made = nullptr);
+                                              const geometry::TriangleSurface* made = nullptr);
 [[nodiscard]] core::Expectation expect_foam(const pore_space::PoreSpace& space, const openfoam::FoamConfig& config);
 /// Of a pore space that need not exist yet.
 [[nodiscard]] core::Expectation expect_foam(const pore_space::PoreSpace& space, const openfoam::FoamConfig& config, double cell_size_m,

@@ -1,6 +1,8 @@
 // What gray levels and blur of a scan do to k.
 #pragma once
 
+#include <optional>
+
 #include "lbm/permeability.hpp"
 #include "scans/gray_input.hpp"
 

@@ -1,5 +1,8 @@
 #include "analysis/image.hpp"
 
+#include <cstdint>
+#include <string>
+
 #include "analysis/uses.hpp"
 #include "core/json.hpp"
 #include "pore_space/gray_solid.hpp"

@@ -1,7 +1,9 @@
 #include "analysis/porosity.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "analysis/uses.hpp"
 #include "core/sides.hpp"

@@ -13,7 +13,8 @@
 namespace porepack::analysis {
 namespace {
 
-InertialCurve curve_of(const lbm::InertialSeries& series) {
+// The errors of walls, too: the fit of k_in counts them as one common part, here each flow stands for itself.
+InertialCurve curve_with_wall_errors(const lbm::InertialSeries& series) {
     InertialCurve curve{.permeability_m2 = series.creeping_permeability_m2, .flows = {}};
     for (const lbm::InertialFlow& flow : series.flows) {
         const double walls = flow.in_time ? 0.5 * flow.in_time->wall_half_width() : 0.0;
@@ -41,14 +42,15 @@ InertialFactor factor_of(const results::CaseResults& found, const PressureDropQu
                          .fix = reynolds ? command_for(question, *reynolds) : "porepack forchheimer computes them in packings"});
     }
     const auto& grids = found.forchheimer->lbm.grids;
-    const InertialCurve fine = curve_of(grids.back());
+    const InertialCurve fine = curve_with_wall_errors(grids.back());
     if (*reynolds > fine.flows.back().reynolds * (1.0 + 1e-6))
         throw UserError(fmt::format("the flows with inertia end at a Reynolds number of {:.4g}; this flow rate has {:.4g}",
                                     fine.flows.back().reynolds, *reynolds),
                         {.where = question.name,
                          .fix = found.forchheimer->lbm.stopped_by ? "a smaller flow rate: " + *found.forchheimer->lbm.stopped_by
                                                                   : command_for(question, *reynolds)});
-    return inertial_factor(fine, grids.size() > 1 ? std::optional(curve_of(grids[grids.size() - 2])) : std::nullopt, *reynolds);
+    return inertial_factor(fine, grids.size() > 1 ? std::optional(curve_with_wall_errors(grids[grids.size() - 2])) : std::nullopt,
+                           *reynolds);
 }
 
 std::string meaning_of(const results::CaseResults& found, const InertialFactor& factor) {

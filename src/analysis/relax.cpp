@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "analysis/uses.hpp"
 #include "core/error.hpp"

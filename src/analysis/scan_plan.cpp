@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <optional>
+#include <vector>
 
 #include "analysis/fit_image.hpp"
 #include "analysis/flow.hpp"

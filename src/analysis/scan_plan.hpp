@@ -1,6 +1,8 @@
 // Which scan is good enough? Scans of a packing simulated at several settings, its grains fitted, porosity and k compared with the truth.
 #pragma once
 
+#include <vector>
+
 #include "analysis/outcome.hpp"
 #include "core/files.hpp"
 #include "results/scan_plan.hpp"

@@ -1,7 +1,10 @@
 // A scan segmented into grains: threshold, cavities filled, grains separated, incomplete grains removed.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "analysis/outcome.hpp"
 #include "analysis/stone_library.hpp"

@@ -16,6 +16,7 @@ namespace porepack::analysis {
 /// before_and_after.stl with the picture before_and_after.png.
 void write_mesh_grain(const shapes::ShapeConfig& config, const core::Path& folder, const core::Path& output);
 /// Of a closed surface; `name` for messages. Throws UserError where it is not sound.
-[[nodiscard]] results::Shape measure_surface_shape(const io::TriangleSurface& surface, const std::string& name, double density_kg_per_m3);
+[[nodiscard]] results::Shape measure_surface_shape(const geometry::TriangleSurface& surface, const std::string& name,
+                                                   double density_kg_per_m3);
 
 }  // namespace porepack::analysis

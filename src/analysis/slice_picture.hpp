@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <string>
 
 #include "analysis/outcome.hpp"
 #include "geometry/grid.hpp"

@@ -1,6 +1,9 @@
 // Grains of a segmented scan as closed surfaces: a library of stones from which new beds are poured.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/files.hpp"
 #include "core/table.hpp"
 #include "geometry/gray_image.hpp"
@@ -12,9 +15,9 @@ namespace porepack::analysis {
 inline constexpr long library_faces = 2000;
 
 struct StoneLibrary {
-    std::vector<std::uint32_t> labels = {};          ///< of the stones, ascending
-    std::vector<io::TriangleSurface> surfaces = {};  ///< in metres, where the stone lies in the scan
-    long left_out = 0;                               ///< their surface is not closed, or crosses itself
+    std::vector<std::uint32_t> labels = {};                ///< of the stones, ascending
+    std::vector<geometry::TriangleSurface> surfaces = {};  ///< in metres, where the stone lies in the scan
+    long left_out = 0;                                     ///< their surface is not closed, or crosses itself
 };
 
 /// Each of these grains where the gray values cross the level. `owner`: by voxel, the grain whose solid or blurred edge it is; where two

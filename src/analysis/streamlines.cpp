@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "analysis/uses.hpp"
 #include "geometry/vector.hpp"

@@ -2,8 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace record {}
 namespace io {}
 namespace imaging {}
@@ -24,8 +22,6 @@ namespace uncertainty {}
 namespace falling_head {}
 namespace inputs {}
 namespace analysis {
-using namespace core;
-using namespace geometry;
 using namespace record;
 using namespace io;
 using namespace imaging;

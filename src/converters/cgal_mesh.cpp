@@ -1,3 +1,6 @@
+#include <array>
+#include <vector>
+
 #include "converters/cgal_mesh.hpp"
 #include "converters/uses.hpp"
 

@@ -15,8 +15,8 @@ using Point = Kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 
 /// Nothing when the triangles are not manifold.
-[[nodiscard]] std::optional<Mesh> mesh_of(const io::TriangleSurface& surface);
+[[nodiscard]] std::optional<Mesh> mesh_of(const geometry::TriangleSurface& surface);
 /// Adds a triangle mesh (without removed elements) to a surface.
-void append(io::TriangleSurface& surface, const Mesh& mesh);
+void append(geometry::TriangleSurface& surface, const Mesh& mesh);
 
 }  // namespace porepack::converters

@@ -1,6 +1,9 @@
 // Table [geometry] of case.toml.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "core/choice.hpp"
 #include "record/config.hpp"
 

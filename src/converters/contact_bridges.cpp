@@ -10,10 +10,11 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <utility>
 
 #include "converters/grain_mesh.hpp"
 #include "converters/uses.hpp"
+#include "core/joined_sets.hpp"
 #include "shapes/segments.hpp"
 #include "shapes/touch.hpp"
 
@@ -246,15 +247,10 @@ std::vector<int> thin_coincident(std::size_t images, const std::vector<GrainCont
 }
 
 std::vector<std::vector<std::size_t>> clusters_of(std::size_t images, const std::vector<std::pair<std::size_t, std::size_t>>& joined) {
-    std::vector<std::size_t> parent(images);
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto root = [&](std::size_t i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
-    for (const auto& [first, second] : joined) parent[root(first)] = root(second);
+    JoinedSets sets(images);
+    for (const auto& [first, second] : joined) sets.join(first, second);
     std::map<std::size_t, std::vector<std::size_t>> groups;
-    for (std::size_t i = 0; i < images; ++i) groups[root(i)].push_back(i);
+    for (std::size_t i = 0; i < images; ++i) groups[sets.root(i)].push_back(i);
     std::vector<std::vector<std::size_t>> clusters;
     clusters.reserve(groups.size());
     for (auto& [r, members] : groups) clusters.push_back(std::move(members));

@@ -1,6 +1,7 @@
 // Contacts of grains, and the treatment of their meshes there; only for the sources of this folder that include CGAL.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "converters/cgal_mesh.hpp"

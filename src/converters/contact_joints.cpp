@@ -13,10 +13,12 @@
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "converters/grain_mesh.hpp"
 #include "converters/mesh_intersections.hpp"
@@ -164,68 +166,36 @@ void replace(Facets& body, const Patch& patch, const Facets& by) {
     body.insert(body.end(), by.begin(), by.end());
 }
 
-}  // namespace
-
-std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vector<Joint>& joints, double contact_gap, double deviation,
-                                     const std::function<void(std::size_t)>& done) {
-    constexpr int variants = 8;
-    std::vector<Bounds> reach(bodies.size());
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-        for (const Facet& facet : bodies[b]) include(reach[b], facet);
-    const auto place_of = [&](const Joint& joint, int variant) {
-        const Bridge bridge = bridge_of(*joint.contact, contact_gap, deviation, variant);
-        const Vec3 half = bridge.axes.cwiseAbs() * bridge.half_size + Vec3::Constant(deviation);
-        return Bounds{bridge.middle - half, bridge.middle + half};
-    };
-    std::vector<std::vector<std::size_t>> others(joints.size());  // bodies that a bridge might reach
-    const SpatialBins bins(reach);
-    parallel_for(joints.size(), [&](std::size_t j) {
-        const Bounds place = place_of(joints[j], variants - 1);
-        std::vector<int> found;
-        bins.near(0.5 * (place.low + place.high), 0.5 * (place.high - place.low).maxCoeff(), found);
-        for (const int b : found)
-            if (static_cast<std::size_t>(b) != joints[j].first && static_cast<std::size_t>(b) != joints[j].second)
-                others[j].push_back(static_cast<std::size_t>(b));
-        std::sort(others[j].begin(), others[j].end());
-    });
-
-    std::map<std::pair<std::size_t, std::size_t>, std::vector<Bridge>> bridges;  // of two bodies
-    for (const Joint& joint : joints) bridges.try_emplace(std::minmax(joint.first, joint.second));
-
-    const auto join = [&](std::size_t j) {
-        const Joint& joint = joints[j];
-        auto& here = bridges.at(std::minmax(joint.first, joint.second));
-        const Vec3 place =
-            joint.contact->nearest + (joint.contact->first_capsule.radius + 0.5 * joint.contact->gap) * joint.contact->normal;
-        if (std::any_of(here.begin(), here.end(), [&](const Bridge& bridge) { return bridge.contains(place); })) return true;
-        for (int variant = 0; variant < variants; ++variant) {
-            const Bounds around = place_of(joint, variant);
-            const Patch first = patch_of(bodies[joint.first], around), second = patch_of(bodies[joint.second], around);
-            Facets near;
-            for (const std::size_t other : others[j]) {
-                const Patch patch = patch_of(bodies[other], around);
-                near.insert(near.end(), patch.facets.begin(), patch.facets.end());
-            }
-            const Bridge bridge = bridge_of(*joint.contact, contact_gap, deviation, variant);
-            const auto result = joined(first.facets, second.facets, near, bridge);
-            if (!result) continue;
-            replace(bodies[joint.first], first, result->first);
-            replace(bodies[joint.second], second, result->second);
-            here.push_back(bridge);
-            return true;
-        }
-        return false;
-    };
+// Bridges between bodies, in turn; bodies change as they are joined.
+class Joiner {
+public:
+    Joiner(std::vector<Facets>& bodies, const std::vector<Joint>& joints, double contact_gap, double deviation)
+        : bodies_(bodies), joints_(joints), contact_gap_(contact_gap), deviation_(deviation), others_(joints.size()) {
+        std::vector<Bounds> reach(bodies.size());
+        for (std::size_t b = 0; b < bodies.size(); ++b)
+            for (const Facet& facet : bodies[b]) include(reach[b], facet);
+        const SpatialBins bins(reach);
+        parallel_for(joints.size(), [&](std::size_t j) {
+            const Bounds place = place_of(joints[j], variants - 1);
+            std::vector<int> found;
+            bins.near(0.5 * (place.low + place.high), 0.5 * (place.high - place.low).maxCoeff(), found);
+            for (const int b : found)
+                if (static_cast<std::size_t>(b) != joints[j].first && static_cast<std::size_t>(b) != joints[j].second)
+                    others_[j].push_back(static_cast<std::size_t>(b));
+            std::sort(others_[j].begin(), others_[j].end());
+        });
+        for (const Joint& joint : joints) bridges_.try_emplace(std::minmax(joint.first, joint.second));
+    }
 
     // Joints without a common body are made at the same time, always in the same order. Returns those that did not succeed.
-    const auto join_all = [&](std::vector<std::size_t> left) {
+    std::vector<std::size_t> join_all(std::vector<std::size_t> left, const std::function<void(std::size_t)>& done) {
         std::vector<std::size_t> failed;
         while (!left.empty()) {
-            std::vector<bool> used(bodies.size(), false);
+            std::vector<bool> used(bodies_.size(), false);
             std::vector<std::size_t> now, later;
             for (const std::size_t j : left) {
-                auto all = others[j];
-                all.insert(all.end(), {joints[j].first, joints[j].second});
+                auto all = others_[j];
+                all.insert(all.end(), {joints_[j].first, joints_[j].second});
                 const bool free = std::none_of(all.begin(), all.end(), [&](std::size_t b) { return used[b]; });
                 for (const std::size_t b : all) used[b] = true;  // also of those that wait: the order is kept
                 (free ? now : later).push_back(j);
@@ -238,8 +208,54 @@ std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vec
             left = std::move(later);
         }
         return failed;
-    };
+    }
 
+private:
+    static constexpr int variants = 8;
+
+    [[nodiscard]] Bounds place_of(const Joint& joint, int variant) const {
+        const Bridge bridge = bridge_of(*joint.contact, contact_gap_, deviation_, variant);
+        const Vec3 half = bridge.axes.cwiseAbs() * bridge.half_size + Vec3::Constant(deviation_);
+        return Bounds{bridge.middle - half, bridge.middle + half};
+    }
+
+    bool join(std::size_t j) {
+        const Joint& joint = joints_[j];
+        auto& here = bridges_.at(std::minmax(joint.first, joint.second));
+        const Vec3 place =
+            joint.contact->nearest + (joint.contact->first_capsule.radius + 0.5 * joint.contact->gap) * joint.contact->normal;
+        if (std::any_of(here.begin(), here.end(), [&](const Bridge& bridge) { return bridge.contains(place); })) return true;
+        for (int variant = 0; variant < variants; ++variant) {
+            const Bounds around = place_of(joint, variant);
+            const Patch first = patch_of(bodies_[joint.first], around), second = patch_of(bodies_[joint.second], around);
+            Facets near;
+            for (const std::size_t other : others_[j]) {
+                const Patch patch = patch_of(bodies_[other], around);
+                near.insert(near.end(), patch.facets.begin(), patch.facets.end());
+            }
+            const Bridge bridge = bridge_of(*joint.contact, contact_gap_, deviation_, variant);
+            const auto result = joined(first.facets, second.facets, near, bridge);
+            if (!result) continue;
+            replace(bodies_[joint.first], first, result->first);
+            replace(bodies_[joint.second], second, result->second);
+            here.push_back(bridge);
+            return true;
+        }
+        return false;
+    }
+
+    std::vector<Facets>& bodies_;
+    const std::vector<Joint>& joints_;
+    const double contact_gap_, deviation_;
+    std::vector<std::vector<std::size_t>> others_;                                // bodies that a bridge might reach
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<Bridge>> bridges_;  // of two bodies
+};
+
+}  // namespace
+
+std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vector<Joint>& joints, double contact_gap, double deviation,
+                                     const std::function<void(std::size_t)>& done) {
+    Joiner joiner(bodies, joints, contact_gap, deviation);
     // The deepest overlaps first, so that their bridges contain the others. A joint does not succeed while another contact nearby is open,
     // so that those are tried again.
     std::vector<std::size_t> left(joints.size());
@@ -247,7 +263,7 @@ std::vector<std::size_t> join_bodies(std::vector<Facets>& bodies, const std::vec
     std::stable_sort(left.begin(), left.end(),
                      [&](std::size_t p, std::size_t q) { return joints[p].contact->gap < joints[q].contact->gap; });
     while (true) {
-        auto failed = join_all(left);
+        auto failed = joiner.join_all(left, done);
         if (failed.empty() || failed.size() == left.size()) return failed;
         left = std::move(failed);
     }

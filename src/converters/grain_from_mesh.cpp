@@ -10,9 +10,12 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/grain_mesh.hpp"

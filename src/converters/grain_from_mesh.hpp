@@ -17,7 +17,7 @@ struct MeshGrainOptions {
 
 struct MeshGrain {
     std::shared_ptr<const shapes::RoundedBody> body = nullptr;  ///< its centre of mass lies at the origin
-    io::TriangleSurface surface = {};                           ///< the one that was given, with its centre of mass at the origin
+    geometry::TriangleSurface surface = {};                     ///< the one that was given, with its centre of mass at the origin
     long faces_before = 0, faces = 0;
     double volume_m3 = 0.0;  ///< of the surface, and of the body to its surface_error()
     double scale = 1.0;      ///< of the body, which gives it that volume
@@ -28,7 +28,8 @@ struct MeshGrain {
 /// The surface is simplified by collapsing edges (Lindstrom and Turk); then the corners are moved until the body with rounded edges fits
 /// the surface best by least squares. Holes through the grain stay. Throws UserError, with `where`, where the surface is open, inverted,
 /// crosses itself, has several parts, or where so few faces and so much rounding leave nothing like it.
-[[nodiscard]] MeshGrain grain_from_mesh(const io::TriangleSurface& surface, const MeshGrainOptions& options, const std::string& where);
+[[nodiscard]] MeshGrain grain_from_mesh(const geometry::TriangleSurface& surface, const MeshGrainOptions& options,
+                                        const std::string& where);
 
 /// Throws UserError where a hole through the surface closes in the body: where its walls come nearer than twice the rounding.
 void require_same_holes(const MeshGrain& grain, const std::string& where);

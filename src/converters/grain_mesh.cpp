@@ -17,6 +17,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "converters/mesh_intersections.hpp"
 #include "converters/uses.hpp"

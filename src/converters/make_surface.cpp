@@ -2,10 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "converters/contact_joints.hpp"
 #include "converters/grain_mesh.hpp"
@@ -318,8 +322,8 @@ SurfaceOptions surface_options(const GeometryConfig& geometry) {
     return {.deviation_m = geometry.surface_deviation_m, .contact_gap_m = geometry.contact_gap_m};
 }
 
-io::TriangleSurface surface_of_grain(const Shape& shape, double deviation_m) {
-    io::TriangleSurface surface;
+geometry::TriangleSurface surface_of_grain(const Shape& shape, double deviation_m) {
+    geometry::TriangleSurface surface;
     append(surface, grain_mesh(shape, deviation_m, 0.0, 0));
     return surface;
 }

@@ -1,8 +1,10 @@
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/convex_hull_3.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "converters/cgal_mesh.hpp"
 #include "converters/surface.hpp"

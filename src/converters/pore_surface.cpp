@@ -2,8 +2,12 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "converters/mesh_intersections.hpp"
 #include "converters/single_precision.hpp"

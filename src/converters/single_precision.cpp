@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace porepack::converters {
 namespace pmp = CGAL::Polygon_mesh_processing;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "converters/cgal_mesh.hpp"
@@ -19,7 +20,7 @@ using Facets = std::vector<Facet>;
 /// Nothing when two corners of the face are the same point in single precision.
 [[nodiscard]] std::optional<Facet> facet_of(const Mesh& mesh, Mesh::Face_index face);
 /// Points that are equal become one. Points and triangles are sorted, because CGAL's order depends on the number of threads.
-[[nodiscard]] io::TriangleSurface surface_of(const Facets& facets);
+[[nodiscard]] geometry::TriangleSurface surface_of(const Facets& facets);
 
 /// Edges shorter than `smallest` are collapsed, and triangles less high than it are flipped away: rounded to single precision, they could
 /// cross each other. They come into being where two bodies meet, and where a plane cuts a body close to its corners. Only faces with a

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
 
 #include "converters/slices.hpp"
 #include "converters/uses.hpp"
@@ -19,7 +22,8 @@ namespace porepack::converters {
 
 int write_slices(const Path& folder, const Solid& solid, const Container& container, const Section& section, double spacing_m,
                  double pixel_m) {
-    if (!(spacing_m > 0.0) || !(pixel_m > 0.0)) throw UserError("the slice spacing and the pixel must be positive");
+    if (!(spacing_m > 0.0) || !(pixel_m > 0.0))
+        throw UserError("the slice spacing and the pixel must be positive", {.where = "slice_spacing_m, pixel_m"});
     constexpr double maximum_slices = 100000, maximum_pixels = 1e8;
     const Vec3 inner = container.high() - container.low();
     const double pixels_per_slice = std::ceil(inner.x() / pixel_m) * std::ceil(inner.y() / pixel_m);
@@ -78,7 +82,8 @@ SliceStack read_slices(const Path& folder) {
     SliceStack stack;
     int count = 0;
     try {
-        if (json.at("format") != "porepack-slices") throw UserError("not a slice stack: " + folder.string());
+        if (json.at("format") != "porepack-slices")
+            throw UserError("not a slice stack: " + folder.string(), {.allowed = "a folder that porepack slices wrote"});
         count = json.at("slices").get<int>();
         stack.grid.cells = {json.at("pixels").at(0).get<int>(), json.at("pixels").at(1).get<int>(), count};
         const double pixel = json.at("pixel_m").get<double>();
@@ -99,7 +104,8 @@ SliceStack read_slices(const Path& folder) {
         const auto pixels = read_gray_png(file, width, height);
         if (width != stack.grid.cells[0] || height != stack.grid.cells[1])
             throw UserError(fmt::format("{} has {} x {} pixels, slices.json says {} x {}", file.string(), width, height,
-                                        stack.grid.cells[0], stack.grid.cells[1]));
+                                        stack.grid.cells[0], stack.grid.cells[1]),
+                            {.fix = "write the slices again: porepack slices"});
         for (const auto value : pixels) stack.phase.push_back(value < 64 ? Phase::grain : value > 192 ? Phase::pore : Phase::outside);
     }
     return stack;

@@ -1,6 +1,9 @@
 // Slices of a packing as images, for programs that read stacks, and for the paper's tortuosity.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/files.hpp"
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "converters/config.hpp"
 #include "core/interval.hpp"
@@ -25,7 +28,7 @@ struct SurfaceCheck {
 };
 
 /// Closed, oriented outward, without self-intersections: checked on the triangles of the file.
-[[nodiscard]] SurfaceCheck check_surface(const io::TriangleSurface& surface);
+[[nodiscard]] SurfaceCheck check_surface(const geometry::TriangleSurface& surface);
 /// Throws UserError that names the fault unless the surface bounds a volume.
 void require_sound(const SurfaceCheck& check, const std::string& where);
 
@@ -44,7 +47,7 @@ struct SurfaceOptions {
 [[nodiscard]] SurfaceOptions surface_options(const GeometryConfig& geometry);
 
 struct SurfaceResult {
-    io::TriangleSurface surface;
+    geometry::TriangleSurface surface;
     SurfaceCheck check;        ///< of this surface, whose coordinates are those of an STL file
     double deviation_m = 0.0;  ///< measured: maximum distance of a corner or a facet's middle from the exact grains
     double contact_gap_m = 0.0;
@@ -59,7 +62,7 @@ struct SurfaceResult {
 [[nodiscard]] SurfaceResult make_surface(const packing::Packing& packing, const SurfaceOptions& options);
 
 /// One grain in its frame, closed. Throws as make_surface().
-[[nodiscard]] io::TriangleSurface surface_of_grain(const shapes::Shape& shape, double deviation_m);
+[[nodiscard]] geometry::TriangleSurface surface_of_grain(const shapes::Shape& shape, double deviation_m);
 
 struct SurfaceMeasures {
     double volume_m3 = 0.0;
@@ -72,27 +75,27 @@ struct SurfaceMeasures {
     double maximum_feret_diameter_m = 0.0;  ///< maximum Feret diameter
 };
 /// Measures of a closed surface, exact for the polyhedron.
-[[nodiscard]] SurfaceMeasures measure_surface(const io::TriangleSurface& surface);
+[[nodiscard]] SurfaceMeasures measure_surface(const geometry::TriangleSurface& surface);
 
 /// The part of closed grains between two planes, with closed cut faces.
-[[nodiscard]] io::TriangleSurface clip_surface(const io::TriangleSurface& surface, const packing::Section& section);
+[[nodiscard]] geometry::TriangleSurface clip_surface(const geometry::TriangleSurface& surface, const packing::Section& section);
 
 /// The boundary of the pore space inside the container, closed; triangles point out of the pores.
 struct PoreSurface {
-    io::TriangleSurface surface;
+    geometry::TriangleSurface surface;
     std::vector<int> region;  ///< by triangle: 0 inlet (z0), 1 outlet (z1), 2 wall, 3 grains
 };
-[[nodiscard]] PoreSurface make_pore_surface(const io::TriangleSurface& grains, const vessels::Container& container,
+[[nodiscard]] PoreSurface make_pore_surface(const geometry::TriangleSurface& grains, const vessels::Container& container,
                                             const packing::Section& section, double deviation_m);
 
 /// The sides of a vessel as they are drawn, from the floor to `top_m` (a mesh: as high as it is); round ones have 96 facets. Empty for a
 /// box.
-[[nodiscard]] io::TriangleSurface sides_of(const vessels::Container& container, double top_m);
+[[nodiscard]] geometry::TriangleSurface sides_of(const vessels::Container& container, double top_m);
 
 /// A closed triangle surface as a solid; `periodic` repeats it.
 class SurfaceSolid : public geometry::Solid {
 public:
-    SurfaceSolid(io::TriangleSurface surface, const vessels::Container& container);
+    SurfaceSolid(geometry::TriangleSurface surface, const vessels::Container& container);
     ~SurfaceSolid() override;
     /// Uses the winding number along the line: overlapping shells are joined.
     void column(double x, double y, std::vector<core::Interval>& parts) const override;
@@ -101,18 +104,18 @@ public:
     [[nodiscard]] std::optional<double> volume_between(double z0, double z1) const override;
     [[nodiscard]] shapes::Bounds bounds() const override;
     [[nodiscard]] std::unique_ptr<geometry::SolidProbe> probe() const override;
-    [[nodiscard]] const io::TriangleSurface* surface() const override { return &surface_; }
+    [[nodiscard]] const geometry::TriangleSurface* surface() const override { return &surface_; }
 
 private:
     class Probe;
     struct Bins;
-    const io::TriangleSurface surface_;
+    const geometry::TriangleSurface surface_;
     std::unique_ptr<Bins> bins_;
 };
 
 /// The pore space around a user's closed surface; the section is the whole bed. Throws UserError when the surface is faulty or does not
 /// fit the container; `where` names it.
-[[nodiscard]] pore_space::PoreSpace pore_space_of(io::TriangleSurface surface, const vessels::Container& container,
+[[nodiscard]] pore_space::PoreSpace pore_space_of(geometry::TriangleSurface surface, const vessels::Container& container,
                                                   const std::string& where);
 
 /// Throws UserError when the surface is probably not in metres: much larger or smaller than the container.

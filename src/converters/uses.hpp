@@ -2,16 +2,12 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pore_space {}
 namespace converters {
-using namespace core;
-using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

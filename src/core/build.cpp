@@ -2,7 +2,7 @@
 
 #include "core/version.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 const char* program_version() {
     return POREPACK_VERSION;
@@ -12,4 +12,4 @@ const char* git_hash() {
     return POREPACK_GIT_HASH;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 template <typename Enum>
 struct Choice {
@@ -42,4 +42,4 @@ constexpr std::array<Choice<Axis>, 3> choices_of(Axis) {
     return static_cast<std::size_t>(axis);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -11,7 +11,7 @@
 #include "core/context.hpp"
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 // Nothing is under way.
@@ -211,4 +211,4 @@ void run_parts(int parts, const std::function<void(const Communicator&)>& work) 
     if (room.fault()) std::rethrow_exception(room.fault());
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

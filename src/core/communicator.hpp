@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 using Bytes = std::vector<std::byte>;
 
@@ -98,4 +98,4 @@ template <typename T>
     return from;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 const Context& defaults() {
@@ -24,4 +24,4 @@ ContextScope::~ContextScope() {
     of_this_thread = before_;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

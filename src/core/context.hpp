@@ -4,7 +4,7 @@
 #include <functional>
 #include <string_view>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 enum class LogLevel { info, warning };
 
@@ -38,4 +38,4 @@ private:
     const Context* before_;
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

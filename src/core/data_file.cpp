@@ -1,11 +1,12 @@
 #include "core/data_file.hpp"
 
 #include <cstdlib>
+#include <filesystem>
 #include <vector>
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -43,4 +44,4 @@ Path data_file(const Path& name) {
                     {.fix = "set POREPACK_HOME to the folder that holds liggghts_templates/, openfoam_cases/ and templates/"});
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

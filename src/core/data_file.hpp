@@ -3,7 +3,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Full path of `name`, for instance "openfoam_cases" or "templates/report.html". Looked for in POREPACK_HOME, in the folder that the host
 /// program set, in ../share/porepack beside the program, where porepack was installed, and in the source tree that was built. Throws
@@ -14,4 +14,4 @@ namespace porepack::core {
 /// find_package(porepack)).
 void set_data_folder(const Path& folder);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

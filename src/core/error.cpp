@@ -1,6 +1,6 @@
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 std::string with_advice(std::string_view what, const Advice& advice) {
     std::string text(what);
@@ -10,4 +10,4 @@ std::string with_advice(std::string_view what, const Advice& advice) {
     return text;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 enum class ExitCode { done = 0, user = 2, numerical = 3, engine = 4, machine = 5 };
 
@@ -55,4 +55,4 @@ struct MachineError : Error {
     explicit MachineError(std::string_view what, const Advice& advice = {}) : Error(ExitCode::machine, what, advice) {}
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 bool is_control(char c) {
@@ -114,4 +115,4 @@ std::string as_plain_name(std::string_view text) {
     return is_plain_name(name) ? name : ("_" + name).substr(0, 200);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

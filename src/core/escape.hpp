@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Control characters (line breaks and tabs apart) as "\x1b", and marks that change the direction of writing as "\u202e".
 [[nodiscard]] std::string for_terminal(std::string_view text);
@@ -25,4 +25,4 @@ void require_plain_name(std::string_view name, std::string_view what, const std:
 /// The text with _ for what a plain name cannot contain.
 [[nodiscard]] std::string as_plain_name(std::string_view text);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,7 +7,7 @@
 
 #include "core/log.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 std::string text_of(const Expectation& expected, double slowness) {
     std::vector<std::string> parts;
@@ -17,4 +17,4 @@ std::string text_of(const Expectation& expected, double slowness) {
     return fmt::format("{}{}{}", expected.text, expected.text.empty() || parts.empty() ? "" : "; ", fmt::join(parts, ", "));
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// The time is that on the machine of slowness() = 1; zeros are not shown.
 struct Expectation {
@@ -15,4 +15,4 @@ struct Expectation {
 /// "...; memory about 1.2 GiB, time about 40 s, disk about 30 MiB", with the time multiplied by `slowness`.
 [[nodiscard]] std::string text_of(const Expectation& expected, double slowness = 1.0);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 int opened(const Path& path) {
@@ -35,4 +35,4 @@ FileLock::~FileLock() {
     if (file_ >= 0) close(file_);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

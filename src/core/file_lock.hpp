@@ -6,7 +6,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 class FileLock {
 public:
@@ -24,4 +24,4 @@ private:
     int file_;
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -15,7 +15,7 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -31,8 +31,10 @@ void require_file(const Path& path, double max_bytes) {
     std::error_code fault;
     const fs::file_status status = fs::status(path, fault);
     if (status.type() == fs::file_type::not_found) throw UserError("no such file: " + path.string(), {.fix = "check the path"});
-    if (fs::is_directory(status)) throw UserError(path.string() + " is a folder, a file is needed");
-    if (!fs::exists(status)) throw UserError("cannot read " + path.string() + ": " + fault.message());
+    if (fs::is_directory(status)) throw UserError(path.string() + " is a folder, a file is needed", {.fix = "name the file in it"});
+    if (!fs::exists(status))
+        throw UserError("cannot read " + path.string() + ": " + fault.message(),
+                        {.fix = "check its permissions, and those of its folders"});
     if (!fs::is_regular_file(status))
         throw UserError(path.string() + " is a pipe or a device, a regular file is needed", {.fix = "write the content into a file first"});
     const auto bytes = static_cast<double>(fs::file_size(path));
@@ -53,7 +55,8 @@ std::string read_text(const Path& path, double max_bytes) {
             {.fix = "use a machine with more memory, or a smaller file"});
     }
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    if (in.bad() || !in.is_open()) throw UserError("cannot read " + path.string() + ": " + std::strerror(errno));
+    if (in.bad() || !in.is_open())
+        throw UserError("cannot read " + path.string() + ": " + std::strerror(errno), {.fix = "check its permissions"});
     text.resize(static_cast<std::size_t>(in.gcount()));
     return text;
 }
@@ -140,4 +143,4 @@ std::string tail(const Path& path, int lines) {
     return text;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

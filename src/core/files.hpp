@@ -8,7 +8,7 @@
 
 #include "core/json_fwd.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 using Path = std::filesystem::path;
 
@@ -34,4 +34,4 @@ void require_writable(const Path& folder);
 /// The last `lines` lines of a text file; empty when there is none.
 [[nodiscard]] std::string tail(const Path& path, int lines);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

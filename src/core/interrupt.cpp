@@ -6,7 +6,7 @@
 #include "core/context.hpp"
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 std::atomic<int> received_signal{0};
@@ -39,4 +39,4 @@ void check_interrupt() {
     if (interrupted()) throw Interrupted();
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// For programs (an embedded library asks its host). Handles SIGINT, SIGTERM, and SIGUSR1, which batch systems can send before a job's time
 /// is over and which mpirun passes on; ignores SIGXFSZ and SIGPIPE (the write fails instead).
@@ -17,4 +17,4 @@ struct Interrupted : MachineError {
 /// Throws Interrupted (exit 5) after a signal. Cheap enough for every time step.
 void check_interrupt();
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

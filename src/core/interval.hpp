@@ -1,7 +1,7 @@
 // A range of values, or an interval of confidence.
 #pragma once
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 struct Interval {
     double low = 0.0;
@@ -9,4 +9,4 @@ struct Interval {
     [[nodiscard]] bool operator==(const Interval&) const = default;
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

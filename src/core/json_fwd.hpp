@@ -3,6 +3,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace porepack::core {
+namespace porepack::inline core {
 using Json = nlohmann::ordered_json;
-}  // namespace porepack::core
+}  // namespace porepack::inline core

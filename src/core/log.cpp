@@ -6,11 +6,12 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "core/context.hpp"
 #include "core/escape.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 // A line of progress is on the terminal, without its end.
@@ -85,4 +86,4 @@ void Progress::update(std::optional<double> fraction, std::string_view detail) {
     std::fflush(stderr);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,8 +7,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 void log_line(std::string_view text);
 void log_warning(std::string_view text);
@@ -54,4 +55,4 @@ private:
     double done_ = 0.0;
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

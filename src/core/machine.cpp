@@ -19,7 +19,7 @@
 #include "core/error.hpp"
 #include "core/log.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 double read_number(const char* path) {
@@ -138,4 +138,4 @@ void require_memory(double bytes, const std::string& what, const std::string& fi
                     {.fix = fix});
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

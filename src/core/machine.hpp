@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 [[nodiscard]] std::string host_name();
 [[nodiscard]] std::string processor_name();
@@ -35,4 +35,4 @@ void set_thread_count(int threads);
 /// Throws UserError with the numbers when `bytes` will not fit, before anything is allocated.
 void require_memory(double bytes, const std::string& what, const std::string& fix);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// The middle value; of an even number of values the upper of the two. Needs one value or more.
 [[nodiscard]] inline double median(std::vector<double> values) {
@@ -13,4 +13,4 @@ namespace porepack::core {
     return *middle;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

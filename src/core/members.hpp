@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// `Self` is T or const T.
 template <typename Self, typename T>
@@ -67,4 +67,4 @@ concept HasMembers = requires(const T& value) {
     visit_members(value, members_detail::Ignore{});
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <utility>
+
 #include "core/error.hpp"
 
 namespace porepack::core::members_detail {

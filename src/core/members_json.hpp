@@ -2,16 +2,21 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <functional>
 #include <limits>
+#include <optional>
+#include <string>
 #include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "core/choice.hpp"
 #include "core/interval.hpp"
 #include "core/json.hpp"
 #include "core/members.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 namespace members_detail {
 template <typename T>
@@ -191,4 +196,4 @@ template <typename T>
     return value;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

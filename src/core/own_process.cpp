@@ -16,7 +16,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 void write_all(int file, std::string_view text) {
@@ -112,4 +112,4 @@ std::string in_own_process(const std::function<std::string()>& work, const std::
     }
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

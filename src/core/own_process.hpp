@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Memory that a process and those that it starts with in_own_process() both see; zero at first.
 class SharedBytes {
@@ -27,4 +27,4 @@ private:
 [[nodiscard]] std::string in_own_process(const std::function<std::string()>& work, const std::function<std::string()>& what,
                                          double max_processor_seconds = 600.0);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

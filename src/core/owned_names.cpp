@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace fs = std::filesystem;
 namespace {
 
@@ -100,4 +102,4 @@ void write_own_text(const Path& file, const std::string& text) {
     write_text(file, text);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

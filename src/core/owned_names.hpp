@@ -7,7 +7,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Marks a folder as written by porepack, to be replaced as a whole.
 void mark_as_own(const Path& folder);
@@ -36,4 +36,4 @@ private:
 /// Writes a file whose first line says that porepack has written it. Throws UserError when there is a file with another first line.
 void write_own_text(const Path& file, const std::string& text);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

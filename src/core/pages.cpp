@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 constexpr std::size_t large_page = std::size_t{1} << 21;
@@ -68,4 +68,4 @@ void PageMemory::release(std::size_t first, std::size_t end) {
     if (begin < last) madvise(data_ + begin, last - begin, MADV_DONTNEED);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <type_traits>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Anonymous memory in pages of the system, zero until written. MachineError if there is none left.
 class PageMemory {
@@ -47,4 +47,4 @@ private:
     std::size_t size_ = 0;
 };
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

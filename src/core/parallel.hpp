@@ -7,7 +7,7 @@
 #include "core/context.hpp"
 #include "core/interrupt.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Calls body(i) for 0 <= i < count, in any order. Rethrows one exception of a body; throws MachineError when interrupted.
 template <typename Body>
@@ -29,4 +29,4 @@ void parallel_for(std::size_t count, const Body& body) {
     check_interrupt();
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

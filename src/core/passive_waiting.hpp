@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Waiting threads that turn in a loop take the processor from other programs, and on a shared machine make two threads slower than
 /// one. OpenMP reads its settings while the program is loaded, before main() and before the C library lets a program change its
@@ -21,4 +21,4 @@ inline void wait_passively(char** arguments) {
     if (length > 0) (void)execv(program.c_str(), arguments);
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

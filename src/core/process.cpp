@@ -8,10 +8,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
 #include <thread>
 
@@ -19,7 +23,7 @@
 #include "core/interrupt.hpp"
 #include "core/log.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 namespace {
 
 std::atomic<double> peak_program_memory{0.0};
@@ -193,4 +197,4 @@ std::string first_line_of(const std::string& shell_command) {
     return text;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

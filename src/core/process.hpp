@@ -10,7 +10,7 @@
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 struct Program {
     std::vector<std::string> command;                     ///< program and arguments, no shell in between
@@ -46,4 +46,4 @@ void require_program(const std::string& name, const std::string& package);
 /// First line of what a short command prints; empty when it fails.
 [[nodiscard]] std::string first_line_of(const std::string& shell_command);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

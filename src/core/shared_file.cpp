@@ -1,10 +1,11 @@
 #include "core/shared_file.hpp"
 
+#include <filesystem>
 #include <utility>
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 SharedFile::SharedFile(const Path& path, std::string what)
     : path_(path), what_(std::move(what)), file_(path, std::ios::binary | std::ios::in | std::ios::out) {
@@ -45,4 +46,4 @@ void write_together(const Path& path, const std::string& what, const Communicato
     });
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

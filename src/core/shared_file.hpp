@@ -10,7 +10,7 @@
 #include "core/communicator.hpp"
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 class SharedFile {
 public:
@@ -32,4 +32,4 @@ private:
 /// nothing is left. `what`, for messages: "the checkpoint". Throws MachineError.
 void write_together(const Path& path, const std::string& what, const Communicator& parts, const std::function<void(SharedFile&)>& write);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,7 +7,7 @@
 #include "core/interval.hpp"
 #include "core/members.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// A width below a value and one above it: the half widths of an interval, or one-sided standard uncertainties.
 struct Sides {
@@ -43,4 +43,4 @@ void visit_members(Self& sides, const Visit& visit) {
     return {std::min(own.low, wide.low), std::max(own.high, wide.high)};
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -4,10 +4,11 @@
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 std::string Table::field(double value) const {
     return std::isnan(value) ? std::string() : fmt::format("{:.{}g}", value, digits);
@@ -103,4 +104,4 @@ std::vector<std::vector<double>> read_table(const Path& path) {
     return rows;
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

@@ -7,11 +7,12 @@
 #include <optional>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/files.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 class Table {
 public:
@@ -64,4 +65,4 @@ struct TextTable {
 /// The numbers of a file that Table has written, row by row without the header; an empty field is NaN. Throws UserError for text.
 [[nodiscard]] std::vector<std::vector<double>> read_table(const Path& path);
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

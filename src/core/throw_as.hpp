@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace porepack::core {
+namespace porepack::inline core {
 
 /// Throws the error of this kind whose what() is `text`, which has its advice already.
 [[noreturn]] inline void throw_as(ExitCode code, const std::string& text) {
@@ -21,4 +21,4 @@ namespace porepack::core {
     }
 }
 
-}  // namespace porepack::core
+}  // namespace porepack::inline core

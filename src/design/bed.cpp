@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <vector>
 
 #include "design/uses.hpp"
 #include "pouring/pour.hpp"

@@ -1,6 +1,7 @@
 // The reverse question: which shape gives this permeability at this porosity?
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>

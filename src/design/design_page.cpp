@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/build.hpp"
 #include "core/error.hpp"

@@ -1,6 +1,9 @@
 // Files of a design: proposals.csv, design.json, design.html with its figures.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/files.hpp"
 #include "design/design.hpp"
 

@@ -1,5 +1,7 @@
 #include "design/gaussian_process.hpp"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

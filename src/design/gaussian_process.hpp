@@ -1,7 +1,7 @@
 // Regression by a Gaussian process with a constant mean: Rasmussen & Williams 2006, Gaussian Processes for Machine Learning, chapters 2, 5.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace porepack::design {
 

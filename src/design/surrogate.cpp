@@ -1,11 +1,13 @@
 #include "design/surrogate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "core/error.hpp"
 #include "design/uses.hpp"
+#include "study/study_fits.hpp"
 #include "study/study_table.hpp"
 #include "uncertainty/sample.hpp"
 
@@ -42,14 +44,11 @@ double log_kozeny_of(const KnownBed& bed) {
     return log_hydraulic(bed.porosity, bed.form.sphericity) - std::log(bed.permeability);
 }
 
-double number_at(const StudyRow& row, const std::string& column) {
-    const auto found = row.find(column);
-    return found == row.end() || found->second.empty() ? std::nan("") : std::stod(found->second);
-}
-
 // The table has the sizes of presets of capsules, whose search takes a while. None of surfaces and mixtures.
 std::optional<Shape> grain_of(const ShapeConfig& config, double diameter_m, double length_m) {
-    if (config.kind == ShapeKind::surface || config.kind == ShapeKind::mesh || config.kind == ShapeKind::library || config.kind == ShapeKind::mixture) return std::nullopt;
+    if (config.kind == ShapeKind::surface || config.kind == ShapeKind::mesh || config.kind == ShapeKind::library ||
+        config.kind == ShapeKind::mixture)
+        return std::nullopt;
     if (has_faces(config.kind) || config.kind == ShapeKind::capsules) return make_shape(config);
     return make_preset(config.kind, diameter_m, length_m, config.arms);
 }
@@ -57,22 +56,22 @@ std::optional<Shape> grain_of(const ShapeConfig& config, double diameter_m, doub
 // NaN where something is missing.
 KnownBed bed_of(const StudyRow& row, const Point& point) {
     const stages::Settings& settings = point.planned.settings;
-    const double size = number_at(row, "equal_volume_diameter_m"), k = number_at(row, "permeability_m2");
-    const auto grain = grain_of(settings.shape, number_at(row, "capsule_diameter_m"), number_at(row, "capsule_length_m"));
+    const double size = number_in(row, "equal_volume_diameter_m"), k = number_in(row, "permeability_m2");
+    const auto grain = grain_of(settings.shape, number_in(row, "capsule_diameter_m"), number_in(row, "capsule_length_m"));
     KnownBed bed{.name = point.name,
-                 .form = {.sphericity = number_at(row, "sphericity"),
-                          .convexity = number_at(row, "convexity"),
+                 .form = {.sphericity = number_in(row, "sphericity"),
+                          .convexity = number_in(row, "convexity"),
                           .thickness = grain ? smallest_diameter(*grain) / size : std::nan(""),
                           .feret = grain ? maximum_feret_diameter(*grain) / size : std::nan("")},
                  .wall = wall_ratio(size, make_container(settings.container)),
-                 .packings = std::lround(number_at(row, "packings")),
-                 .porosity = number_at(row, "porosity"),
+                 .packings = std::lround(number_in(row, "packings")),
+                 .porosity = number_in(row, "porosity"),
                  .permeability = k / (size * size)};
     if (bed.packings > 1) {
         const double t = uncertainty::students_t(static_cast<double>(bed.packings) - 1.0);
-        const double half_width = 0.5 * (number_at(row, "porosity_high") - number_at(row, "porosity_low"));
+        const double half_width = 0.5 * (number_in(row, "porosity_high") - number_in(row, "porosity_low"));
         bed.porosity_deviation = half_width * std::sqrt(static_cast<double>(bed.packings)) / t;
-        bed.permeability_deviation = number_at(row, "permeability_standard_deviation_m2") / k;
+        bed.permeability_deviation = number_in(row, "permeability_standard_deviation_m2") / k;
     }
     return bed;
 }

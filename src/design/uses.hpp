@@ -2,7 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
 namespace record {}
 namespace shapes {}
 namespace packing {}
@@ -13,7 +12,6 @@ namespace pipeline {}
 namespace stages {}
 namespace study {}
 namespace design {
-using namespace core;
 using namespace record;
 using namespace shapes;
 using namespace packing;

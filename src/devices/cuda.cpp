@@ -4,11 +4,17 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
 
 namespace porepack::devices::cuda {
-using namespace core;
 
 namespace {
 

@@ -1,6 +1,9 @@
 // Devices of CUDA, through the library of NVIDIA's driver, libcuda.so.1. Their kernels are compiled with the program, where nvcc was there.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "devices/device.hpp"
 
 namespace porepack::devices::cuda {

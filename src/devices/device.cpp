@@ -7,12 +7,12 @@
 #include <charconv>
 #include <chrono>
 #include <optional>
+#include <utility>
 
 #include "devices/cuda.hpp"
 #include "devices/opencl.hpp"
 
 namespace porepack::devices {
-using namespace core;
 
 extern const std::string_view copy_text;
 #ifdef POREPACK_WITH_CUDA

@@ -9,25 +9,34 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
 
 namespace porepack::devices::opencl {
-using namespace core;
 namespace {
 
 // The functions of the library that are used here.
 struct Library {
-#define POREPACK_OPENCL_FUNCTIONS(F)                                                                                                       \
-    F(clGetPlatformIDs)                                                                                                                    \
-    F(clGetDeviceIDs)                                                                                                                      \
-    F(clGetDeviceInfo)                                                                                                                     \
-    F(clCreateContext)                                                                                                                     \
-    F(clReleaseContext)                                                                                                                    \
-    F(clCreateCommandQueue)                                                                                                                \
-    F(clReleaseCommandQueue) F(clCreateBuffer) F(clReleaseMemObject) F(clEnqueueWriteBuffer) F(clEnqueueReadBuffer) F(clEnqueueFillBuffer) \
-        F(clCreateProgramWithSource) F(clBuildProgram) F(clGetProgramBuildInfo) F(clReleaseProgram) F(clCreateKernel) F(clReleaseKernel)   \
-            F(clSetKernelArg) F(clEnqueueNDRangeKernel) F(clFinish)
+#define POREPACK_OPENCL_FUNCTIONS(F)                                                                                                     \
+    F(clGetPlatformIDs)                                                                                                                  \
+    F(clGetDeviceIDs)                                                                                                                    \
+    F(clGetDeviceInfo)                                                                                                                   \
+    F(clCreateContext)                                                                                                                   \
+    F(clReleaseContext)                                                                                                                  \
+    F(clCreateCommandQueue)                                                                                                              \
+    F(clReleaseCommandQueue)                                                                                                             \
+    F(clCreateBuffer)                                                                                                                    \
+    F(clReleaseMemObject)                                                                                                                \
+    F(clEnqueueWriteBuffer)                                                                                                              \
+    F(clEnqueueReadBuffer)                                                                                                               \
+    F(clEnqueueFillBuffer) F(clCreateProgramWithSource) F(clBuildProgram) F(clGetProgramBuildInfo) F(clReleaseProgram) F(clCreateKernel) \
+        F(clReleaseKernel) F(clSetKernelArg) F(clEnqueueNDRangeKernel) F(clFinish)
 #define POREPACK_MEMBER(name) decltype(&::name) name = nullptr;
     POREPACK_OPENCL_FUNCTIONS(POREPACK_MEMBER)
 #undef POREPACK_MEMBER

@@ -1,6 +1,9 @@
 // Devices of OpenCL, through libOpenCL.so.1.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "devices/device.hpp"
 
 namespace porepack::devices::opencl {

@@ -2,10 +2,8 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
 namespace report {}
 namespace evidence {
-using namespace core;
 using namespace report;
 }  // namespace evidence
 }  // namespace porepack

@@ -1,7 +1,12 @@
 // Simulated falling-head tests, evaluated as in the paper: each cause alone, and all together.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -10,7 +15,6 @@
 #include "falling_head/paper_evaluation.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 // The apparatus of Eq. 18: nothing but the sample.

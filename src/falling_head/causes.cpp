@@ -26,7 +26,7 @@ double middle_speed(const SampleTruth& truth, const FallingHeadConfig& config) {
         .speed_at(0.5 * (config.window_m[0] + config.window_m[1]));
 }
 
-void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
+void add_laws_of_flow(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
     const double reference = truth.largest_reynolds * config.kinematic_viscosity_m2_per_s / truth.grain_diameter_m;
     causes.push_back(
         {.name = "falling inertial coefficient",
@@ -51,6 +51,9 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                       .apply = [](Scenario& s, double part) { multiply(s.resistance, 1.0 + 0.24 * part, 1.0 - 0.16 * part); },
                       .minimum = -1.0,
                       .common = true});
+}
+
+void add_structure_of_the_sample(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
     const double straight = 1.0 / truth.porosity, usual = std::max(straight, inertia_coefficient(config));
     causes.push_back({.name = "inertia of the water",
                       .what = "inertia coefficient m of the sample",
@@ -104,46 +107,47 @@ void add_physics_of_the_sample(Causes& causes, const SampleTruth& truth, const F
                       .maximum = 0.5});
 }
 
-void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
-    if (config.screen_opening_m > 0.0) {
-        const double wire = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
-        const auto screens = [config](Scenario& s) {
-            s.apparatus.screen_opening_m = config.screen_opening_m;
-            s.apparatus.screens_below = config.screens_below;
-            s.apparatus.screens_above = config.screens_above;
-            // Another cause may have drawn the wires already.
-            if (s.apparatus.screen_wire_m == 0.0)
-                s.apparatus.screen_wire_m = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
-        };
-        causes.push_back({.name = "wire screens",
-                          .what = fmt::format("diameter of their wires; {} below, {} on top", config.screens_below, config.screens_above),
-                          .unit = "m",
-                          .low = 0.5 * wire,
-                          .high = wire,
-                          .source = "loss: Idelchik, diagram 8-6; wires",
-                          .judged = true,
-                          .apply =
-                              [screens](Scenario& s, double wires) {
-                                  s.apparatus.screen_wire_m = wires;
-                                  screens(s);
-                              },
-                          .absent = std::nullopt,
-                          .minimum = 0.05 * wire,
-                          .common = true});
-        causes.push_back({.name = "screen below partly covered",
-                          .what = "part of its openings that grains cover",
-                          .low = 0.0,
-                          .high = 0.5,
-                          .source = "grains reach into the openings; part",
-                          .judged = true,
-                          .apply =
-                              [screens](Scenario& s, double covered) {
-                                  screens(s);
-                                  s.apparatus.screen_free_fraction = 1.0 - covered;
-                              },
-                          .minimum = 0.0,
-                          .maximum = 0.9});
-    }
+void add_screens(Causes& causes, const FallingHeadConfig& config) {
+    const double wire = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
+    const auto screens = [config](Scenario& s) {
+        s.apparatus.screen_opening_m = config.screen_opening_m;
+        s.apparatus.screens_below = config.screens_below;
+        s.apparatus.screens_above = config.screens_above;
+        // Another cause may have drawn the wires already.
+        if (s.apparatus.screen_wire_m == 0.0)
+            s.apparatus.screen_wire_m = config.screen_wire_m > 0.0 ? config.screen_wire_m : 0.2 * config.screen_opening_m;
+    };
+    causes.push_back({.name = "wire screens",
+                      .what = fmt::format("diameter of their wires; {} below, {} on top", config.screens_below, config.screens_above),
+                      .unit = "m",
+                      .low = 0.5 * wire,
+                      .high = wire,
+                      .source = "loss: Idelchik, diagram 8-6; wires",
+                      .judged = true,
+                      .apply =
+                          [screens](Scenario& s, double wires) {
+                              s.apparatus.screen_wire_m = wires;
+                              screens(s);
+                          },
+                      .absent = std::nullopt,
+                      .minimum = 0.05 * wire,
+                      .common = true});
+    causes.push_back({.name = "screen below partly covered",
+                      .what = "part of its openings that grains cover",
+                      .low = 0.0,
+                      .high = 0.5,
+                      .source = "grains reach into the openings; part",
+                      .judged = true,
+                      .apply =
+                          [screens](Scenario& s, double covered) {
+                              screens(s);
+                              s.apparatus.screen_free_fraction = 1.0 - covered;
+                          },
+                      .minimum = 0.0,
+                      .maximum = 0.9});
+}
+
+void add_inlet_and_outlet(Causes& causes, const FallingHeadConfig& config) {
     if (config.loss_coefficient > 0.0)
         causes.push_back({.name = "inlet and outlet",
                           .what = "loss coefficient",
@@ -155,6 +159,30 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                           .absent = std::nullopt,
                           .minimum = 0.0,
                           .common = true});
+}
+
+void add_opening(Causes& causes, const FallingHeadConfig& config) {
+    // The outlet must be open before the level enters the window.
+    const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
+    if (config.start_level_m > latest)
+        causes.push_back({.name = "opening of the outlet",
+                          .what = "level at which the outlet is open; with the inertia of the water",
+                          .unit = "m",
+                          .low = std::max(latest, config.start_level_m - 0.2),
+                          .high = config.start_level_m,
+                          .source = "opened within some tenths of a second",
+                          .judged = true,
+                          .apply =
+                              [](Scenario& s, double level) {
+                                  s.apparatus.column_inertia = true;
+                                  s.apparatus.start_level_m = level;
+                              },
+                          .absent = config.start_level_m,
+                          .minimum = latest});
+}
+
+// Friction, films and jets at the walls of the column.
+void add_walls(Causes& causes, const SampleTruth& truth, const FallingHeadConfig& config) {
     const double speed = middle_speed(truth, config), nu = config.kinematic_viscosity_m2_per_s, D = truth.tube_diameter_m;
     // Blasius' friction factor of smooth tubes at the middle of the window.
     const double friction = 0.316 * std::pow(speed * D / nu, -0.25) / D;
@@ -192,23 +220,6 @@ void add_apparatus(Causes& causes, const SampleTruth& truth, const FallingHeadCo
                       .apply = [](Scenario& s, double height) { s.apparatus.level_offset_m -= height; },
                       .minimum = 0.0,
                       .common = true});
-    // The outlet must be open before the level enters the window.
-    const double latest = std::max(config.window_m[0], config.window_m[1]) + 0.02;
-    if (config.start_level_m > latest)
-        causes.push_back({.name = "opening of the outlet",
-                          .what = "level at which the outlet is open; with the inertia of the water",
-                          .unit = "m",
-                          .low = std::max(latest, config.start_level_m - 0.2),
-                          .high = config.start_level_m,
-                          .source = "opened within some tenths of a second",
-                          .judged = true,
-                          .apply =
-                              [](Scenario& s, double level) {
-                                  s.apparatus.column_inertia = true;
-                                  s.apparatus.start_level_m = level;
-                              },
-                          .absent = config.start_level_m,
-                          .minimum = latest});
 }
 
 void add_readings(Causes& causes, const FallingHeadConfig& config) {
@@ -295,8 +306,12 @@ double water_viscosity_ratio(double temperature_celsius) {
 
 std::vector<UncertainCause> uncertain_causes(const SampleTruth& truth, const FallingHeadConfig& config) {
     Causes causes;
-    add_physics_of_the_sample(causes, truth, config);
-    add_apparatus(causes, truth, config);
+    add_laws_of_flow(causes, truth, config);
+    add_structure_of_the_sample(causes, truth, config);
+    if (config.screen_opening_m > 0.0) add_screens(causes, config);
+    add_inlet_and_outlet(causes, config);
+    add_walls(causes, truth, config);
+    add_opening(causes, config);
     add_readings(causes, config);
     return causes;
 }

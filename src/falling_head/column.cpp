@@ -13,7 +13,6 @@
 #include "core/error.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 constexpr double max_settling_times = 2e4;

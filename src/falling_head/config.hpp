@@ -1,6 +1,8 @@
 // Table [falling_head] of case.toml.
 #pragma once
 
+#include <vector>
+
 #include "record/config.hpp"
 
 namespace porepack::falling_head {

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 void require_different(const std::vector<LevelCurve>& curves) {

@@ -1,6 +1,10 @@
 // Measured falling-head curves, evaluated as in the paper and by least squares: each separately, and those of one packing together.
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "falling_head/least_squares.hpp"
 #include "falling_head/paper_evaluation.hpp"
 

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 
 double solve_x_plus_log_x(double y) {
     // Newton in u = ln x: exp(u) + u = y is convex and increasing; the initial value is close to the root on both branches.
@@ -42,6 +42,7 @@ double FallingHead::speed_at(double level_m) const {
     return 2.0 * head / (A_ + std::sqrt(A_ * A_ + 4.0 * B_ * head));  // no cancellation for small B
 }
 
+// Eq. (T24).
 double FallingHead::time_at(double level_m) const {
     if (level_m > start_)
         throw UserError(fmt::format("the water level {:g} m is above the start level {:g} m", level_m, start_),

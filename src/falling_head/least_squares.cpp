@@ -1,7 +1,7 @@
 #include "falling_head/least_squares.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include <algorithm>
@@ -15,7 +15,6 @@
 #include "falling_head/noise.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 // Parameters: 1/k, 1/k_in, deviations of what is uncertain, then first level and first speed of each curve. All scaled to order one or to

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numeric>
 #include <sstream>
@@ -13,7 +15,6 @@
 #include "core/median.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 std::string trimmed(std::string text) {

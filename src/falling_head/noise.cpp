@@ -2,6 +2,9 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 // How far a least-squares fit may be off where the noise of its points has an unknown correlation over all lags.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #include "falling_head/paper_evaluation.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Dense>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,6 @@
 #include "falling_head/least_squares.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 namespace {
 
 constexpr double max_frames = 400.0;  // of a curve: a slow test needs fewer frames per second

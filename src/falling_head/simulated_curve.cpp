@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <random>
 
 #include "core/error.hpp"
 #include "falling_head/causes.hpp"
 
 namespace porepack::falling_head {
-using namespace core;
 
 LevelCurve simulate_curve(const Resistance& resistance, const FallingHeadConfig& config) {
     const Column column(config);

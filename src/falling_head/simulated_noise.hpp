@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <random>
+#include <vector>
 
 #include "falling_head/level_curve.hpp"
 

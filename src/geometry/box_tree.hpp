@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "geometry/vector.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 class BoxTree {
 public:
@@ -92,4 +93,4 @@ private:
     return (one.low.array() <= two.high.array()).all() && (two.low.array() <= one.high.array()).all();
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

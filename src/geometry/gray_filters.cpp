@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/parallel.hpp"
 
-namespace porepack::geometry {
-using namespace core;
+namespace porepack::inline geometry {
 
 void rescale(GrayImage& image, double pores, double solid) {
     parallel_for(static_cast<std::size_t>(image.grid.cells[2]), [&](std::size_t layer) {
@@ -68,4 +68,4 @@ void smooth(GrayImage& image, double sigma_voxels, const std::array<bool, 3>& pe
     }
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

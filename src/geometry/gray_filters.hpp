@@ -5,7 +5,7 @@
 
 #include "geometry/gray_image.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// The same image in which `pores` becomes 0 and `solid` becomes 1.
 void rescale(GrayImage& image, double pores, double solid);
@@ -17,4 +17,4 @@ void rescale(GrayImage& image, double pores, double solid);
 /// ones stay.
 void smooth(GrayImage& image, double sigma_voxels, const std::array<bool, 3>& periodic);
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "geometry/grid.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// A gray image of cubic voxels as solid fractions: 0 is the mean of the pores, 1 that of the solid. Two bytes per voxel: fractions from
 /// -0.5 to 1.5, others are cut there.
@@ -24,4 +28,4 @@ struct GrayImage {
     [[nodiscard]] double at(std::size_t cell) const { return unpack(packed[cell]); }
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// (i, j, k) of the index (k ny + j) nx + i.
 [[nodiscard]] inline std::array<int, 3> place_in(const std::array<int, 3>& cells, std::size_t index) {
@@ -128,4 +128,4 @@ struct LayeredFlow {
     [[nodiscard]] FlowImage of_own() const { return layers(own[0], own[1]); }
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

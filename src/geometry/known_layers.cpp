@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 KnownLayers::KnownLayers(const Grid& grid) : known_(static_cast<std::size_t>(grid.cells[2]), true) {
     set_places();
@@ -33,4 +33,4 @@ void KnownLayers::set_places() {
     }
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

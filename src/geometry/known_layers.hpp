@@ -6,7 +6,7 @@
 #include "core/interval.hpp"
 #include "geometry/grid.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// Which layers along z of a grid are kept, and in which place. Cells are kept layer by layer, in the order of the grid.
 class KnownLayers {
@@ -43,4 +43,4 @@ private:
     int number_ = 0;
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 using core::Interval;
 
 void unite(std::vector<Interval>& parts) {
@@ -48,4 +49,4 @@ void intersect(std::vector<Interval>& parts, const std::vector<Interval>& others
     parts = std::move(common);
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -9,11 +9,9 @@
 #include "geometry/grid.hpp"
 #include "geometry/vector.hpp"
 
-namespace porepack::io {
-struct TriangleSurface;
-}
+namespace porepack::inline geometry {
 
-namespace porepack::geometry {
+struct TriangleSurface;
 
 /// Evaluates a solid along short segments near one point; each thread has its own object.
 class SolidProbe {
@@ -58,7 +56,7 @@ public:
     /// diagonal. Null: not known.
     [[nodiscard]] virtual std::shared_ptr<const Solid> thinned(double /*depth*/) const { return nullptr; }
     /// The closed surface that bounds it, if it is given as one.
-    [[nodiscard]] virtual const io::TriangleSurface* surface() const { return nullptr; }
+    [[nodiscard]] virtual const TriangleSurface* surface() const { return nullptr; }
 
     [[nodiscard]] bool contains(const Vec3& point) const;
 };
@@ -72,4 +70,4 @@ void unite(std::vector<core::Interval>& parts);
 /// Keeps what lies in `others` too; both sorted and disjoint.
 void intersect(std::vector<core::Interval>& parts, const std::vector<core::Interval>& others);
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

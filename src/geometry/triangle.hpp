@@ -9,7 +9,7 @@
 #include "core/interval.hpp"
 #include "geometry/vector.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// The nearest point of a triangle, by the region in which the point's foot lies (Ericson, Real-Time Collision Detection, 5.1.5). Calls
 /// one of corner(i, from), side(i, from) and face(), with the vector `from` there to the point; side i leads from corner i to the next.
@@ -97,4 +97,4 @@ inline void parts_between(std::vector<LineCrossing>& crossings, std::vector<core
     return area * (mean_above(z0) - mean_above(z1));
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -2,24 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
 #include "core/error.hpp"
+#include "core/joined_sets.hpp"
 #include "geometry/triangle.hpp"
 
-namespace porepack::geometry {
-using namespace core;
+namespace porepack::inline geometry {
 namespace {
 
 Bounds box_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
-}
-
-double angle_between(const Vec3& a, const Vec3& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
 // Throws unless each side of a triangle is that of one other, in the other direction.
@@ -47,18 +43,13 @@ void require_closed(const TriangleMesh& mesh, const std::string& where) {
 
 // An insert that touches no wall is a part of its own, whose volume is negative; the space around it has one part.
 void require_one_space(const TriangleMesh& mesh, const std::string& where) {
-    std::vector<std::size_t> parent(mesh.points_m.size());
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto root = [&](int corner) {
-        auto i = static_cast<std::size_t>(corner);
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
-    for (const auto& [a, b, c] : mesh.triangles) parent[root(a)] = parent[root(b)] = root(c);
+    JoinedSets parts(mesh.points_m.size());
+    for (const auto& triangle : mesh.triangles)
+        for (const std::size_t i : {1, 0}) parts.join(static_cast<std::size_t>(triangle[i]), static_cast<std::size_t>(triangle[2]));
     std::map<std::size_t, double> volumes;
     for (const auto& [a, b, c] : mesh.triangles) {
         const auto at = [&](int corner) -> const Vec3& { return mesh.points_m[static_cast<std::size_t>(corner)]; };
-        volumes[root(a)] += at(a).dot(at(b).cross(at(c))) / 6.0;
+        volumes[parts.root(static_cast<std::size_t>(a))] += at(a).dot(at(b).cross(at(c))) / 6.0;
     }
     const auto spaces = std::count_if(volumes.begin(), volumes.end(), [](const auto& part) { return part.second > 0.0; });
     if (spaces > 1)
@@ -325,4 +316,4 @@ TriangleMesh TriangleWall::sides(double z0, double z1) const {
     return part;
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

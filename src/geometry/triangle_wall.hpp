@@ -1,6 +1,7 @@
 // The side of a vessel that is given by triangles: the closed surface of its inner space.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -13,7 +14,7 @@
 #include "geometry/box_tree.hpp"
 #include "geometry/vector.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 /// A closed surface: corners counter-clockwise, seen from outside.
 struct TriangleMesh {
@@ -95,4 +96,4 @@ private:
     BoxTree side_tree_, end_tree_, rim_tree_;
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

@@ -1,13 +1,20 @@
 // Points, rotations and boxes. Lengths in metres, or in any other unit that is used throughout.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 using Vec3 = Eigen::Vector3d;
 /// Not over-aligned: Eigen's alignment would depend on the instruction set that a program is compiled for.
 using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
+
+/// From 0 to pi.
+[[nodiscard]] inline double angle_between(const Vec3& a, const Vec3& b) {
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+}
 
 /// A box along the axes; empty at first.
 struct Bounds {
@@ -20,4 +27,4 @@ struct Bounds {
     }
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

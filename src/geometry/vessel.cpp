@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 double VesselWalls::Round::overlap(const Vec3& centre, double radius) const {
     const double away = centre.head<2>().norm(), here = radius_m + slope * centre.z();
@@ -22,4 +22,4 @@ bool VesselWalls::convex() const {
     return mesh == nullptr && std::none_of(round.begin(), round.end(), [](const Round& wall) { return wall.inside; });
 }
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

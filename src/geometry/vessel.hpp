@@ -11,7 +11,7 @@
 #include "core/json_fwd.hpp"
 #include "geometry/vector.hpp"
 
-namespace porepack::geometry {
+namespace porepack::inline geometry {
 
 class TriangleWall;  // geometry/triangle_wall.hpp
 
@@ -86,4 +86,4 @@ public:
     [[nodiscard]] virtual std::shared_ptr<const Vessel> resized(const Vec3& /*size_m*/) const { return nullptr; }
 };
 
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

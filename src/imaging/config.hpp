@@ -1,8 +1,13 @@
 // Table [image] of case.toml, and the flags --image-*: a scan or a segmented image as the solid.
 #pragma once
 
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
 #include "core/choice.hpp"
-#include "core/json.hpp"
 #include "record/config.hpp"
 
 namespace porepack::imaging {
@@ -35,6 +40,15 @@ constexpr std::array<core::Choice<ImageWalls>, 4> choices_of(ImageWalls) {
         {{ImageWalls::automatic, "auto"}, {ImageWalls::gray, "gray"}, {ImageWalls::half_way, "half_way"}, {ImageWalls::balls, "balls"}}};
 }
 
+/// How the threshold between pores and solid follows from the gray values: the level that keeps the gray volume, half-way between the two
+/// peaks of the histogram, Otsu's.
+enum class ThresholdRule { volume, half_level, otsu };
+constexpr std::array<core::Choice<ThresholdRule>, 3> choices_of(ThresholdRule) {
+    return {{{ThresholdRule::volume, "volume"}, {ThresholdRule::half_level, "half_level"}, {ThresholdRule::otsu, "otsu"}}};
+}
+/// A gray value, or the rule that gives it.
+using Threshold = std::variant<double, ThresholdRule>;
+
 struct ImageConfig {
     std::string file = {};
     std::vector<double> dims = {};
@@ -45,8 +59,8 @@ struct ImageConfig {
     std::vector<double> voxel_size_m = {};
     double unit_m = 0.0;
     std::string field = {};
-    core::Json pore = {};
-    core::Json threshold = {};
+    std::vector<double> pore = {};  ///< empty: not given
+    std::optional<Threshold> threshold = {};
     PoreSide pore_side = PoreSide::below;
     ImageWalls walls = ImageWalls::automatic;
     double smoothing_voxels = -1.0;
@@ -57,42 +71,6 @@ struct ImageConfig {
     double fit_memory_bytes = 0.0;
 };
 
-inline void describe(record::ConfigVisitor& v, ImageConfig& c) {
-    v.text("file", c.file, "a scan or a segmented image, relative to the case (docs/images.md lists the formats)");
-    v.numbers("dims", c.dims, {3, 3}, record::between(1, 1e9), "raw file: number of voxels along the file's axes, the fastest first");
-    v.choice("type", c.type, "raw file: type of its values");
-    v.choice("byte_order", c.byte_order, "raw file: order of the bytes of a value");
-    v.integer("header_bytes", c.header_bytes, record::between(0, 1e9), "raw file: bytes before the first value");
-    v.text("axes", c.axes,
-           "names of the file's axes, the fastest first: \"zyx\" for an array [x, y, z] in C order; a minus sign turns an axis round: "
-           "\"xy-z\"");
-    v.numbers("voxel_size_m", c.voxel_size_m, {1, 3}, record::length_range(),
-              "edge length of the voxels, or lengths along x, y, z; needed where the file does not state it with a unit");
-    v.number("unit_m", c.unit_m, record::length_range_or_auto(),
-             "length of the unit of the file's voxel size (0.001: millimetres); auto: as the file states");
-    v.text("field", c.field, "array of a .vti file; auto: the only one, or `phase`");
-    v.any("pore", c.pore, "number, or list of numbers", "values of the pores in a segmented image; all others are solid");
-    v.any("threshold", c.threshold, "number, or \"volume\", \"half_level\", \"otsu\"",
-          "gray value between pores and solid; volume: the level that keeps the gray volume; half_level: half-way between the two peaks "
-          "of the histogram; otsu: Otsu's threshold");
-    v.choice("pore_side", c.pore_side, "side of the threshold on which the pores are");
-    v.choice("walls", c.walls,
-             "gray: walls where the interpolated gray values reach the threshold; half_way: half-way between voxels of different phase; "
-             "balls: of the phases, around the largest balls that fit into the solid, smoother than voxels; "
-             "auto: gray with a threshold, half_way with pore values");
-    v.number("smoothing_voxels", c.smoothing_voxels, {.low = -1.0, .high = 5.0},
-             "standard deviation of the Gaussian that smooths the gray values first; -1: as much as the measured noise needs");
-    v.numbers("gray_levels", c.gray_levels, {2, 2}, record::between(-1e9, 1e9),
-              "gray values of pores and solid, for instance of air and of a solid block in the same scan; auto: found in the image, which "
-              "needs pores and grains that are wider than six standard deviations of the blur");
-    v.boolean("find_container", c.find_container,
-              "the image shows a tube along z that attenuates like the grains: its inner circle is found and becomes the container");
-    v.boolean("fit", c.fit, "case: grains of [shape] are found in the scan, and their exact poses are the packing of all later stages");
-    v.boolean("fitted_sizes", c.fitted_sizes,
-              "fit: the packing has the fitted radii and lengths instead of the given ones; both are reported");
-    v.number("fit_memory_bytes", c.fit_memory_bytes, record::positive_or_auto(),
-             "fit: memory that it may take; grains of a larger scan are searched on binned voxels and fitted slab by slab; auto: most of "
-             "what is free");
-}
+void describe(record::ConfigVisitor& v, ImageConfig& c);
 
 }  // namespace porepack::imaging

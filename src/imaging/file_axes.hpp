@@ -1,6 +1,15 @@
 // What a file says, before its axes are put into the order x, y, z.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
 #include "core/files.hpp"
 #include "imaging/volume.hpp"
 

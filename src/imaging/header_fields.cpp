@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace fs = std::filesystem;

@@ -1,10 +1,12 @@
 // The keys and values in the text header of a NRRD file or a MetaImage.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <fstream>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/files.hpp"

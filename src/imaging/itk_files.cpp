@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <map>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 

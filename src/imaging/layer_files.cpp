@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <map>
 #include <optional>
 
 #include "core/error.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace fs = std::filesystem;

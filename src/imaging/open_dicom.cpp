@@ -8,17 +8,25 @@
 #include <itkGDCMSeriesFileNames.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <span>
 #include <sstream>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "imaging/itk_files.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace {

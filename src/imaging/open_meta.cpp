@@ -1,13 +1,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
-#include "imaging/uses.hpp"
 #include "imaging/values_of_file.hpp"
 
 namespace porepack::imaging {

@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <map>
+#include <optional>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/header_fields.hpp"
-#include "imaging/uses.hpp"
 #include "imaging/values_of_file.hpp"
 
 namespace porepack::imaging {

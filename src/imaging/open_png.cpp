@@ -3,12 +3,16 @@
 #include <itkPNGImageIO.h>
 
 #include <array>
+#include <cstdint>
 #include <fstream>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "imaging/itk_files.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace {
@@ -29,7 +33,8 @@ void require_gray_png(const Path& path) {
 FileVolume open_png_stack(const std::vector<Path>& files) {
     const auto open = [](const Path& path) {
         const auto io = itk::PNGImageIO::New();
-        if (!io->CanReadFile(path.c_str())) throw UserError("not a PNG image, or a damaged one: " + path.string());
+        if (!io->CanReadFile(path.c_str()))
+            throw UserError("not a PNG image, or a damaged one: " + path.string(), {.fix = "export this layer again"});
         require_gray_png(path);
         io->SetFileName(path.string());
         io->ReadImageInformation();

@@ -5,12 +5,15 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
-#include "imaging/uses.hpp"
 #include "imaging/values_of_file.hpp"
 
 namespace porepack::imaging {

@@ -2,17 +2,25 @@
 #include <fmt/format.h>
 #include <tiffio.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "imaging/file_axes.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace {

@@ -1,17 +1,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "imaging/file_axes.hpp"
 #include "imaging/layer_files.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace fs = std::filesystem;

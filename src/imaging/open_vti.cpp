@@ -1,8 +1,13 @@
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
-#include "imaging/uses.hpp"
 #include "io/vti_volume.hpp"
 
 namespace porepack::imaging {

@@ -12,9 +12,10 @@
 #include <itkRegionalMinimaImageFilter.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
 #include "core/machine.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace {

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <span>
+#include <type_traits>
 
 #include "core/error.hpp"
 #include "imaging/file_axes.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace {

@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace fs = std::filesystem;

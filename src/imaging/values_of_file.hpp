@@ -1,6 +1,8 @@
 // The values of a file that follow each other without structure.
 #pragma once
 
+#include <cstdint>
+
 #include "core/files.hpp"
 #include "imaging/file_axes.hpp"
 

@@ -3,12 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
-#include "imaging/uses.hpp"
 
 namespace porepack::imaging {
 namespace fs = std::filesystem;

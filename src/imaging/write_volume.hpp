@@ -1,6 +1,10 @@
 // Images written layer by layer, and cut or binned on the way.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 #include "core/files.hpp"
 #include "geometry/grid.hpp"
 #include "imaging/volume.hpp"

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -75,9 +77,9 @@ void leave_out_outside(PhaseImage& image, const Container& container) {
 }  // namespace
 
 bool has_gray_walls(const imaging::ImageConfig& config) {
-    if (config.walls == imaging::ImageWalls::gray && config.threshold.is_null())
+    if (config.walls == imaging::ImageWalls::gray && !config.threshold)
         throw UserError("gray walls need a threshold", {.where = "[image], --image-walls", .fix = "--image-threshold volume"});
-    return (config.walls == imaging::ImageWalls::automatic || config.walls == imaging::ImageWalls::gray) && !config.threshold.is_null();
+    return (config.walls == imaging::ImageWalls::automatic || config.walls == imaging::ImageWalls::gray) && config.threshold;
 }
 
 namespace {
@@ -99,8 +101,8 @@ void require_effect(const imaging::ImageConfig& config, bool own_fractions, cons
             throw UserError(fmt::format("`{}` has no effect: {}", key, why),
                             {.where = file.string() + ": [image], --image-...", .fix = "remove it"});
     };
-    const bool by_values = !config.pore.is_null();
-    refuse(by_values && !config.threshold.is_null(), "threshold", "the values of the pores are given");
+    const bool by_values = !config.pore.empty();
+    refuse(by_values && config.threshold, "threshold", "the values of the pores are given");
     const char* why = own_fractions ? "the image has its threshold and solid fractions"
                       : by_values   ? "the values of the pores are given"
                                     : "the walls lie half-way between voxels";
@@ -136,7 +138,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
         input.container = container_shown_by(header, container, file);
         vessels::require_prism(input.container, "an image");
     }
-    const bool own_fractions = header.own_fractions && config.threshold.is_null() && config.pore.is_null();
+    const bool own_fractions = header.own_fractions && !config.threshold && config.pore.empty();
     input.file = {.format = header.format,
                   .voxels = header.voxels,
                   .voxel_size_m = header.spacing_m,
@@ -159,7 +161,7 @@ ImageInput read_image(const imaging::VolumeSource& source, const imaging::ImageC
     if (config.find_container)
         throw UserError("a container is found with gray walls only", {.where = file.string(), .fix = "--image-threshold volume"});
     imaging::ImageConfig levels = config;
-    if (config.threshold.is_string()) levels.threshold = threshold_value(source, config, input.container, file.string());
+    if (config.threshold) levels.threshold = threshold_value(source, config, input.container, file.string());
     scans::SegmentedImage found = scans::segmented(source, levels, file.string());
     input.image = std::move(found.image);
     if (!input.image.notes.contains("container")) place(input.image.grid, input.container);  // else it is in its place

@@ -8,6 +8,9 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "converters/surface_file.hpp"
 #include "core/error.hpp"

@@ -1,6 +1,8 @@
 // Grains of kind "mesh", read from their files.
 #pragma once
 
+#include <vector>
+
 #include "converters/grain_from_mesh.hpp"
 #include "core/files.hpp"
 #include "shapes/config.hpp"

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 
 #include "converters/surface.hpp"
 #include "converters/surface_file.hpp"

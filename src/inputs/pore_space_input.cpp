@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
 
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
@@ -219,7 +223,7 @@ PoreSpace load_pore_space(Packing packing, const std::string& name, const InputO
     return with_section(space_of(std::move(packing), options.geometry), name, options);
 }
 
-PoreSpace load_pore_space(io::TriangleSurface surface, const std::string& name, const InputOptions& options) {
+PoreSpace load_pore_space(geometry::TriangleSurface surface, const std::string& name, const InputOptions& options) {
     refuse_film(name, options.geometry);
     return with_section(pore_space_of(std::move(surface), container_of_surface(name, options), name), name, options);
 }

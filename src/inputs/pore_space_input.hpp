@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "converters/config.hpp"
 #include "core/files.hpp"
@@ -26,7 +27,8 @@ struct InputOptions {
 [[nodiscard]] pore_space::PoreSpace load_pore_space(const core::Path& input, const InputOptions& options = {});
 /// Of a packing, an image, or a surface in metres (which needs a container), that is no file; `name` names it in messages.
 [[nodiscard]] pore_space::PoreSpace load_pore_space(packing::Packing packing, const std::string& name, const InputOptions& options);
-[[nodiscard]] pore_space::PoreSpace load_pore_space(io::TriangleSurface surface, const std::string& name, const InputOptions& options);
+[[nodiscard]] pore_space::PoreSpace load_pore_space(geometry::TriangleSurface surface, const std::string& name,
+                                                    const InputOptions& options);
 [[nodiscard]] pore_space::PoreSpace load_pore_space(const imaging::VolumeSource& image, const std::string& name,
                                                     const InputOptions& options);
 

@@ -2,8 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace io {}
 namespace shapes {}
 namespace packing {}
@@ -12,8 +10,6 @@ namespace pore_space {}
 namespace converters {}
 namespace scans {}
 namespace inputs {
-using namespace core;
-using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

@@ -5,16 +5,20 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <exception>
 #include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/shared_file.hpp"
 #include "io/image.hpp"
 
 namespace porepack::io {
-using namespace core;
-using namespace geometry;
 namespace {
 
 struct Array {

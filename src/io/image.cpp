@@ -18,13 +18,15 @@
 #include <zlib.h>
 
 #include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 
 namespace porepack::io {
-using namespace core;
-using namespace geometry;
 namespace {
 
 // Errors are reported by PorePack's own messages.

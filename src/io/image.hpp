@@ -1,7 +1,9 @@
 // Images on regular grids for ParaView (.vti): cell data, in metres. The only folder that uses VTK.
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/communicator.hpp"
 #include "core/files.hpp"

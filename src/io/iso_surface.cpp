@@ -8,7 +8,6 @@
 #include <vtkPolyData.h>
 
 namespace porepack::io {
-using namespace geometry;
 
 TriangleSurface iso_surface(const GrayImage& image) {
     const Grid& grid = image.grid;

@@ -1,6 +1,7 @@
 #include "io/render.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <vtkActor.h>
@@ -21,7 +22,6 @@
 #include "core/error.hpp"
 
 namespace porepack::io {
-using namespace core;
 namespace {
 
 vtkNew<vtkPolyData> poly_data(const TriangleSurface& surface) {

@@ -6,15 +6,16 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <unordered_map>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 
 namespace porepack::io {
-using namespace core;
 namespace {
 
 // Binary STL: 80 bytes of text, the number of triangles (4 bytes), and for each triangle its normal and three corners (12 single-precision

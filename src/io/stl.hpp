@@ -6,14 +6,9 @@
 #include <vector>
 
 #include "core/files.hpp"
+#include "geometry/triangle_surface.hpp"
 
 namespace porepack::io {
-
-/// Triangles with shared corners: points with identical coordinates are one point.
-struct TriangleSurface {
-    std::vector<std::array<double, 3>> points;
-    std::vector<std::array<int, 3>> triangles;
-};
 
 /// Binary STL, single precision (by the format); the header names the unit. A failed write leaves no file.
 void write_stl(const core::Path& path, const TriangleSurface& surface, const std::string& header = "porepack; unit: metre");

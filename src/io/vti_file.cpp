@@ -16,7 +16,6 @@
 #include "core/error.hpp"
 
 namespace porepack::io {
-using namespace core;
 namespace {
 
 [[noreturn]] void refuse_length(const Path& path, const std::string& field, bool fewer, std::uint64_t wanted) {

@@ -9,8 +9,11 @@
 #include <vtkXMLImageDataReader.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <sstream>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -18,7 +21,6 @@
 #include "io/vti_file.hpp"
 
 namespace porepack::io {
-using namespace core;
 namespace {
 
 template <typename Number, std::size_t count>

@@ -12,7 +12,6 @@
 #include "io/stl.hpp"
 
 namespace porepack::io {
-using namespace core;
 
 namespace {
 

@@ -2,6 +2,9 @@
 // grid. What several slabs have written, one process or another number of slabs can read.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "lbm/flow.hpp"

@@ -1,6 +1,7 @@
 // Table [lbm] of case.toml.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "core/choice.hpp"

@@ -1,6 +1,7 @@
 // The fluid nodes that flow can reach, their neighbours, and the links that end at walls or open ends: of a grid, or of a slab of it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

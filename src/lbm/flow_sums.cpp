@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "lbm/flow.hpp"
 #include "lbm/ordered_sums.hpp"

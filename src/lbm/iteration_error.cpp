@@ -26,6 +26,7 @@ double remaining_change(const std::vector<ConvergencePoint>& history, double Con
 
 }  // namespace
 
+// Eq. (T14).
 Unsteadiness unsteadiness(const Drive& drive, const FlowSection& section, const Layers& before, const Layers& now, long steps, double force,
                           double gradient) {
     const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
@@ -62,6 +63,7 @@ double iteration_error(const std::vector<ConvergencePoint>& history) {
         if (n > 2 * apart)
             for (const auto value : {&ConvergencePoint::expected_lu, &ConvergencePoint::expected_volume_lu})
                 further = std::max(further, remaining_change(history, value, apart));
+    // Eq. (T15).
     const double estimate = 1.5 * std::max(first_order_change(history[n - 1]), first_order_change(history[n - 2])) + 2.0 * further;
     return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
 }

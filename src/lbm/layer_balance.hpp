@@ -1,6 +1,8 @@
 // Corrections of the pressure during the iteration that leave the steady state as it is.
 #pragma once
 
+#include <vector>
+
 #include "lbm/flow.hpp"
 
 namespace porepack::lbm {

@@ -9,6 +9,7 @@ double mean_density(const std::vector<double>& nodes, const std::vector<double>&
     return std::inner_product(density.begin(), density.end(), nodes.begin(), 0.0) / std::accumulate(nodes.begin(), nodes.end(), 0.0);
 }
 
+// Eq. (T13).
 double density_on_plane(const Drive& drive, const Layers& layers, std::size_t plane, PlanePressure pressure) {
     const std::size_t n = layers.flow.size();
     if (drive.by_pressure() && (plane == 0 || plane == n)) return 0.0;

@@ -2,6 +2,7 @@
 #include "lbm/uses.hpp"
 
 #include <bit>
+#include <cstdint>
 
 namespace porepack::lbm {
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "lbm/domain.hpp"
 #include "lbm/lattice.hpp"

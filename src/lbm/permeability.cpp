@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -46,7 +51,7 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
         if (grids.size() < 2) return;
         // At best first order and not regular: on spheres with a known answer the error scatters by about 4 % in a manner that
         // a small number of grids cannot reveal; it is mostly too low. With 6 %, 90 of 100 arrays and ducts hold
-        // (`porepack_benchmark coverage --seed`).
+        // (`porepack_benchmark coverage --seed`). Eq. (T19).
         const LbmGridResult& coarse = grids[grids.size() - 2];
         parts.grid_m2 = std::max(0.06 * k, std::abs(k - coarse.permeability_m2) / (coarse.voxel_size_m / fine.voxel_size_m - 1.0));
     } else {
@@ -240,6 +245,7 @@ Scheme scheme_of(const LbmConfig& config, bool exact_walls, const Drive& drive) 
     return scheme;
 }
 
+// Eq. (T16), and delta of Eq. (T17).
 Extrapolation extrapolate(std::span<const double> nodes, std::span<const double> values) {
     const auto richardson = [&](std::size_t coarse, std::size_t fine, double order) {
         return (values[fine] - values[coarse]) / (std::pow(nodes[fine] / nodes[coarse], order) - 1.0);
@@ -248,6 +254,7 @@ Extrapolation extrapolate(std::span<const double> nodes, std::span<const double>
     return {values[2] + 0.5 * richardson(0, 2, 2.0), std::max(late, early)};
 }
 
+// Eq. (T17), (T18).
 double grid_half_width(const Extrapolation& found, double nodes, double grains, const GridErrorConstants& constants) {
     const double k = std::abs(found.value), one = constants.of_change * found.change + constants.floor * std::pow(nodes, -1.5) * k,
                  many = std::max(constants.of_change_many * found.change, constants.floor_many / nodes * k);

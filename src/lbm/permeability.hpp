@@ -1,9 +1,12 @@
 // Permeability of a pore space by lattice Boltzmann, in SI units, on a sequence of grids from coarse to fine.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/communicator.hpp"
 #include "core/files.hpp"

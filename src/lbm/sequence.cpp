@@ -5,7 +5,14 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"

@@ -1,6 +1,12 @@
 // Solves a sequence of grids, each started from the previous one; resumes from a checkpoint.
 #pragma once
 
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core/files.hpp"
 #include "core/log.hpp"
 #include "lbm/checkpoint.hpp"

@@ -3,8 +3,13 @@
 #include "lbm/uses.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace porepack::lbm {
 namespace {

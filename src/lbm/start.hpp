@@ -1,6 +1,9 @@
 // The moments of a flow, kept without its populations: initial state of a flow on a finer grid, and flow.vti.
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "core/pages.hpp"
 #include "lbm/flow.hpp"
 

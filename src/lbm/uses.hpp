@@ -2,15 +2,11 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pore_space {}
 namespace lbm {
-using namespace core;
-using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace vessels;

@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <future>
+#include <string>
+#include <vector>
 
 #include "core/context.hpp"
 #include "core/error.hpp"

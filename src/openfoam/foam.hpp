@@ -2,6 +2,7 @@
 // its numbers, never by the exit code (which is 0 after divergence).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 
@@ -14,7 +15,7 @@
 namespace porepack::openfoam {
 
 struct FoamScene {
-    io::TriangleSurface surface;  ///< the grains; for a periodic box with the images that extend into it
+    geometry::TriangleSurface surface;  ///< the grains; for a periodic box with the images that extend into it
     vessels::Container container;
     packing::Section section;                         ///< meshed: from the inlet to the outlet
     std::optional<packing::Section> evaluated = {};   ///< part that k refers to, inside the flow; without it, all of `section`
@@ -27,7 +28,7 @@ struct FoamScene {
 /// `coarsest_cell_m` is the background cell of the coarsest mesh.
 /// With `made`, that surface of the grains is used.
 [[nodiscard]] FoamScene foam_scene(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double coarsest_cell_m,
-                                   const io::TriangleSurface* made = nullptr);
+                                   const geometry::TriangleSurface* made = nullptr);
 /// The same between two layers of free water; the grains are cut off where the buffers end.
 [[nodiscard]] FoamScene foam_scene_in_water(const pore_space::PoreSpace& space, const converters::SurfaceOptions& surface, double cell_m,
                                             double water_m);

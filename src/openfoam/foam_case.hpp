@@ -1,6 +1,9 @@
 // A folder with an OpenFOAM case made from openfoam_cases/: written, run by its Allrun, read. Only for the sources of this folder.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 

@@ -2,8 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace record {}
 namespace io {}
 namespace shapes {}
@@ -12,8 +10,6 @@ namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace openfoam {
-using namespace core;
-using namespace geometry;
 using namespace record;
 using namespace io;
 using namespace shapes;

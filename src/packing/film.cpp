@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "packing/grains.hpp"
 #include "packing/porosity.hpp"
 
 namespace porepack::packing {
-using namespace core;
 using namespace shapes;
 
 Packing coated(Packing packing, double thickness_m) {

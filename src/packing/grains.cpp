@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
 namespace porepack::packing {
-using namespace core;
-using namespace geometry;
 using namespace shapes;
 using namespace vessels;
 

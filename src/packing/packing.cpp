@@ -12,6 +12,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -20,7 +21,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack::packing {
-using namespace core;
 using namespace shapes;
 using namespace vessels;
 namespace {
@@ -206,7 +206,7 @@ Json vector_json(const Vec3& v) {
 
 Packing read_packing(const Path& path) {
     const std::string text = read_maybe_compressed(path);
-    if (text.empty()) throw UserError("the file is empty: " + path.string());
+    if (text.empty()) throw UserError("the file is empty: " + path.string(), {.fix = "write it again, for instance with porepack pack"});
     const Json json = parse_json(text, path.string());
     const Place root{json, path.string()};
     if (root.at("format").text() != "porepack-packing")

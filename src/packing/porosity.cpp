@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 namespace porepack::packing {
-using namespace core;
-using namespace geometry;
 using namespace shapes;
 using namespace vessels;
 

@@ -7,8 +7,6 @@
 #include "core/error.hpp"
 
 namespace porepack::packing {
-using namespace core;
-using namespace geometry;
 using namespace shapes;
 using namespace vessels;
 

@@ -1,5 +1,6 @@
 #include "packing/structure.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

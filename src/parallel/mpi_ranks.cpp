@@ -8,10 +8,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <numeric>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/communicator.hpp"
 #include "core/error.hpp"

@@ -1,6 +1,9 @@
 // Table [forchheimer] of case.toml.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "record/config.hpp"
 
 namespace porepack::permeability {

@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 
 namespace porepack::permeability {
-using namespace core;
 namespace {
 
 struct Line {
@@ -18,7 +17,7 @@ struct Line {
 };
 
 // Least squares of y over x, with equal relative errors of y.
-Line fit_line(std::span<const double> x, std::span<const double> y) {
+Line line_of_equal_relative_errors(std::span<const double> x, std::span<const double> y) {
     double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) {
         const double weight = 1.0 / (y[i] * y[i]);
@@ -56,7 +55,7 @@ ForchheimerFit fit_forchheimer(double permeability_m2, double length_m, std::spa
     }
     const std::size_t n = x.size();
     fit.points = n;
-    const Line line = fit_line(x, y);
+    const Line line = line_of_equal_relative_errors(x, y);
     // Slopes with the effect of the errors at their two ends: of the last two flows, through creeping flow, and of the whole straight part.
     const auto error_of = [&](std::size_t i) { return flows[first + i].relative_error * y[i]; };
     struct Slope {

@@ -1,12 +1,11 @@
 #include "permeability/inertial_laws.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace porepack::permeability {
-using namespace core;
 namespace {
 
 constexpr double deviations = 1.96, smallest_error = 1e-5;
@@ -29,10 +28,10 @@ std::vector<Excess> excesses_of(const InertialCurve& curve) {
 }
 
 // value = intercept + coefficient Re^power; without an intercept, it is 0.
-struct Line {
+struct PowerLaw {
     double coefficient = 0.0, intercept = 0.0, coefficient_error = 0.0, intercept_error = 0.0, squares = 0.0;
 };
-Line fit_line(std::span<const Excess> flows, double power, bool with_intercept) {
+PowerLaw fit_power_law(std::span<const Excess> flows, double power, bool with_intercept) {
     Eigen::Matrix2d sums = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     const double scale = std::pow(flows.back().reynolds, power);
@@ -44,17 +43,17 @@ Line fit_line(std::span<const Excess> flows, double power, bool with_intercept) 
     if (!with_intercept) sums(1, 1) = 1.0;
     const Eigen::Matrix2d inverse = sums.inverse();
     const Eigen::Vector2d found = inverse * right;
-    Line line{.coefficient = found[0] / scale,
-              .intercept = found[1],
-              .coefficient_error = std::sqrt(inverse(0, 0)) / scale,
-              .intercept_error = std::sqrt(inverse(1, 1))};
+    PowerLaw law{.coefficient = found[0] / scale,
+                 .intercept = found[1],
+                 .coefficient_error = std::sqrt(inverse(0, 0)) / scale,
+                 .intercept_error = std::sqrt(inverse(1, 1))};
     for (const Excess& flow : flows)
-        line.squares += std::pow((line.coefficient * std::pow(flow.reynolds, power) + line.intercept - flow.value) / flow.error, 2.0);
-    return line;
+        law.squares += std::pow((law.coefficient * std::pow(flow.reynolds, power) + law.intercept - flow.value) / flow.error, 2.0);
+    return law;
 }
 
 FittedLaw law_of(std::span<const Excess> flows, double power, bool with_intercept, std::size_t parameters) {
-    const Line line = fit_line(flows, power, with_intercept);
+    const PowerLaw line = fit_power_law(flows, power, with_intercept);
     FittedLaw law{.flows = flows.size(), .reynolds_from = flows.front().reynolds, .reynolds_to = flows.back().reynolds};
     if (flows.size() > parameters) law.misfit = std::sqrt(line.squares / static_cast<double>(flows.size() - parameters));
     const double width = deviations * std::max(1.0, law.misfit);
@@ -66,7 +65,7 @@ FittedLaw law_of(std::span<const Excess> flows, double power, bool with_intercep
 
 // The power by which the squares are least, and the range in which they are less than `more` larger.
 LawParameter best_power(std::span<const Excess> flows, double low, double high, bool with_intercept, std::size_t parameters) {
-    const auto squares = [&](double power) { return fit_line(flows, power, with_intercept).squares; };
+    const auto squares = [&](double power) { return fit_power_law(flows, power, with_intercept).squares; };
     constexpr int steps = 400;
     double best = low;
     for (int step = 1; step <= steps; ++step)

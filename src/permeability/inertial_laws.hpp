@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 
 #include "core/interval.hpp"
 #include "core/members.hpp"

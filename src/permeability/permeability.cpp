@@ -13,6 +13,7 @@ double kozeny_uncertainty(double porosity, double standard_uncertainty) {
     return (3.0 / porosity + 2.0 / (1.0 - porosity)) * standard_uncertainty;
 }
 
+// Eq. (T23), as the two below.
 double carman_kozeny_m2(double sphericity, double equal_diameter_m, double porosity, double constant) {
     return sphericity * sphericity * equal_diameter_m * equal_diameter_m * kozeny_function(porosity) / constant;
 }

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.hpp"
 
 namespace porepack::permeability {
-using namespace core;
 
 namespace {
 

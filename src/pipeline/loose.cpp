@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "core/error.hpp"
@@ -18,7 +19,6 @@
 #include "record/manifest.hpp"
 
 namespace porepack::pipeline {
-using namespace core;
 using namespace record;
 namespace fs = std::filesystem;
 namespace {

@@ -4,7 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <map>
 #include <set>
+#include <stdexcept>
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
@@ -18,7 +22,6 @@
 #include "record/digest.hpp"
 
 namespace porepack::pipeline {
-using namespace core;
 using namespace record;
 namespace fs = std::filesystem;
 namespace {

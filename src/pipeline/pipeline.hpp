@@ -2,6 +2,7 @@
 // with the same inputs is not run again.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 

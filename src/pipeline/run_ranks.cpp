@@ -4,9 +4,13 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -17,7 +21,6 @@
 #include "core/throw_as.hpp"
 
 namespace porepack::pipeline {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

@@ -1,11 +1,14 @@
 #include "pipeline/running_folder.hpp"
 
+#include <filesystem>
+#include <string>
+#include <utility>
+
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "core/throw_as.hpp"
 
 namespace porepack::pipeline {
-using namespace core;
 namespace fs = std::filesystem;
 
 FileLock locked(const Path& folder) {

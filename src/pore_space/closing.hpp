@@ -1,6 +1,9 @@
 // Menisci: the grains of a pore space closed with a ball.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::pore_space {

@@ -1,6 +1,8 @@
 // Table [section] of case.toml.
 #pragma once
 
+#include <array>
+
 #include "core/choice.hpp"
 #include "record/config.hpp"
 

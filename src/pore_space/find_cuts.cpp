@@ -1,8 +1,12 @@
 #include "pore_space/find_cuts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/parallel.hpp"
 #include "pore_space/uses.hpp"

@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/median.hpp"

@@ -1,7 +1,11 @@
 // The solid of a gray image: where its values, interpolated between the voxels' centres, are above a level.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/interval.hpp"
 #include "geometry/gray_image.hpp"

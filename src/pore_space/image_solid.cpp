@@ -1,7 +1,12 @@
 #include "pore_space/image_solid.hpp"
 
+#include <array>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "pore_space/uses.hpp"
 

@@ -1,6 +1,10 @@
 // A segmented image as a solid: what lies in its voxels of grain.
 #pragma once
 
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include "geometry/known_layers.hpp"
 #include "geometry/solid.hpp"
 

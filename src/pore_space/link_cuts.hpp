@@ -2,6 +2,7 @@
 // voxel, the edges of grains, and in images the edge that two solid voxels share.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 

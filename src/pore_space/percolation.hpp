@@ -1,6 +1,9 @@
 // Pore cells that the flow can reach.
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "core/choice.hpp"
 #include "core/communicator.hpp"
 #include "core/error.hpp"

@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -229,7 +234,7 @@ std::array<bool, 3> PoreSpace::periodic_sides() const {
 }
 
 PoreSpace pore_space_of(Packing packing) {
-    if (packing.bodies.empty()) throw UserError("the packing has no grain");
+    if (packing.bodies.empty()) throw UserError("the packing has no grain", {.fix = "packing.json needs bodies: porepack pack"});
     PoreSpace space{.container = packing.container, .section = {}};
     space.grain_size_m = finest_diameter(packing);
     for (const auto& shape : packing.shapes)

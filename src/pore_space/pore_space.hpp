@@ -1,10 +1,13 @@
 // The pore space that the solvers use, from exact grains, a closed surface, or an image.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "packing/grains.hpp"
 #include "packing/porosity.hpp"
@@ -14,10 +17,6 @@
 #include "pore_space/stretched_solid.hpp"
 #include "pore_space/voxels.hpp"
 #include "pore_space/walls.hpp"
-
-namespace porepack::io {
-struct TriangleSurface;
-}
 
 namespace porepack::pore_space {
 
@@ -53,7 +52,7 @@ struct PoreSpace {
     [[nodiscard]] const packing::Grains* grains() const;
     [[nodiscard]] const packing::Packing* packing() const;
     [[nodiscard]] const GraySolid* gray() const;
-    [[nodiscard]] const io::TriangleSurface* surface() const { return solid ? solid->surface() : nullptr; }
+    [[nodiscard]] const geometry::TriangleSurface* surface() const { return solid ? solid->surface() : nullptr; }
     /// The voxels of a segmented image, which are its only resolution; else null.
     [[nodiscard]] const geometry::Grid* own_grid() const { return solid ? solid->own_grid() : nullptr; }
 

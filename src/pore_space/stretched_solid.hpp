@@ -1,6 +1,9 @@
 // Space stretched along the axes, so that a periodic box becomes whole numbers of cubic voxels.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "core/interval.hpp"
 #include "packing/grains.hpp"
 #include "pore_space/stretch.hpp"

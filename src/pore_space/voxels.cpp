@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -111,7 +114,8 @@ PeriodicFit fitted(const Container& container, const Section& section, double as
 VoxelPlan plan_voxels(const Container& container, const Section& section, double voxel_size_m, const BeyondSection& beyond,
                       double grain_size_m, bool round_sides) {
     if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m))
-        throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m));
+        throw UserError(fmt::format("the voxel size must be positive, got {:g} m", voxel_size_m),
+                        {.fix = "a tenth of the thinnest part of a grain"});
     if (voxel_size_m > grain_size_m || voxel_size_m > section.length())
         throw UserError(
             fmt::format("the voxel is larger than the grain: voxel {:g} m, grains {:g} m thick, section {:g} m", voxel_size_m, grain_size_m,

@@ -1,7 +1,10 @@
 // Solids to voxels and slices, by cell centres, from exact intervals on vertical lines.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"

@@ -1,12 +1,13 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "pores/pores.hpp"
 
 namespace porepack::pores {
-using namespace core;
-using namespace geometry;
 using namespace packing;
 using namespace vessels;
 namespace {

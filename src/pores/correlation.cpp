@@ -1,9 +1,10 @@
+#include <algorithm>
+#include <array>
+
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
 
 namespace porepack::pores {
-using namespace core;
-using namespace geometry;
 
 Correlation correlate(const PhaseImage& image, const std::array<bool, 3>& periodic, double farthest_m) {
     const Grid& grid = image.grid;

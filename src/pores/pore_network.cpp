@@ -1,15 +1,18 @@
 // Where pores are joined: voxels are opened from the widest place to the narrowest, and what meets is joined.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "pores/pores.hpp"
 
 namespace porepack::pores {
-using namespace core;
-using namespace geometry;
 namespace {
 
 // Parts that become one part when they are joined.

@@ -1,13 +1,14 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"
 
 namespace porepack::pores {
-using namespace core;
-using namespace geometry;
 namespace {
 
 // Squared distances along one row, in voxels: the lower envelope of parabolas at all places.

@@ -1,6 +1,8 @@
 // The grains of a pour as they are created: the same for both engines.
 #pragma once
 
+#include <vector>
+
 #include "packing/packing.hpp"
 #include "pouring/config.hpp"
 #include "shapes/config.hpp"

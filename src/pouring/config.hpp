@@ -1,6 +1,10 @@
 // Table [packing] of case.toml.
 #pragma once
 
+#include <array>
+#include <string>
+#include <vector>
+
 #include "core/choice.hpp"
 #include "record/config.hpp"
 

@@ -1,7 +1,9 @@
 #include "pouring/grain_body.hpp"
-#include "pouring/uses.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "pouring/uses.hpp"
 
 namespace porepack::pouring {
 namespace {

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -18,6 +22,7 @@
 namespace porepack::pouring {
 namespace {
 
+// Eq. (T4), of two grains of this mass.
 double contact_time(double mass, const PackingConfig& config) {
     const double kn = config.normal_stiffness_N_per_m / 2.0;
     // Near critical damping the contact time goes to infinity, but the forces change as fast as without damping.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "packing/packing.hpp"
 #include "pouring/config.hpp"

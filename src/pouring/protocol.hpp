@@ -1,6 +1,7 @@
 // Table [protocol] of case.toml: what is done to a bed after it was poured.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 

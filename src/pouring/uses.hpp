@@ -2,16 +2,12 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
 namespace record {}
-namespace geometry {}
 namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pouring {
-using namespace core;
 using namespace record;
-using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace vessels;

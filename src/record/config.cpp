@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace porepack::record {
-using namespace core;
 
 bool Range::holds(double value) const {
     if (!std::isfinite(value)) return false;

@@ -11,7 +11,6 @@
 #include "core/error.hpp"
 
 namespace porepack::record {
-using namespace core;
 namespace fs = std::filesystem;
 namespace {
 

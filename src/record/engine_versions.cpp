@@ -4,7 +4,6 @@
 #include "core/process.hpp"
 
 namespace porepack::record {
-using namespace core;
 
 Json engine_versions() {
     static const Json versions = {{"liggghts", first_line_of("liggghts -log none -h")},

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <ctime>
+#include <filesystem>
 
 #include "core/build.hpp"
 #include "core/error.hpp"
@@ -12,7 +13,6 @@
 #include "record/digest.hpp"
 
 namespace porepack::record {
-using namespace core;
 
 Json given_values(const Json& value) {
     if (value.is_array()) {  // as long as it was

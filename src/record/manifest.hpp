@@ -1,6 +1,7 @@
 // A manifest accompanies each result: inputs, settings, versions, machine and cost.
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>

@@ -5,15 +5,20 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <deque>
+#include <functional>
+#include <map>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/members_json.hpp"
 
 namespace porepack::record {
-using namespace core;
 
 struct TomlFile::Content {
     toml::table table;

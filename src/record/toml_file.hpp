@@ -1,7 +1,10 @@
 // case.toml and other TOML files: tables are read into structs with the lists of their keys (record/config.hpp).
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "core/files.hpp"
 #include "record/config.hpp"

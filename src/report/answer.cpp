@@ -1,5 +1,10 @@
 // The first lines of the report: k in one sentence that can be cited, where its uncertainty is from, and what would tell more.
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "core/log.hpp"
 #include "core/sides.hpp"
@@ -72,12 +77,16 @@ Answer answer_of(const ReportInput& input) {
     const std::string here = sure_text(input, "permeability_m2", &results::Statements::this_packing),
                       porosity = sure_text(input, "porosity", &results::Statements::this_packing),
                       what = input.results.pack ? "packing" : "solid";
+    using results::Statements;
+    answer.stated = {statement_label(input, "k", &Statements::this_packing), statement_label(input, "porosity", &Statements::this_packing)};
     const auto& [mean, next] = std::tie(k->mean_of_such_packings, k->next_such_packing);
     if (mean.value && mean.interval) {
         answer.sentences.push_back(
             fmt::format("k of such packings is {} on average, {} with 95 %", k_text(*mean.value), range_text(*mean.interval)) +
             (next.interval ? fmt::format("; of 100 further packings, 95 have {}.", range_text(*next.interval)) : "."));
         answer.sentences.push_back(fmt::format("This {} has {}, and a porosity of {}.", what, here, porosity));
+        for (const auto which : {&Statements::mean_of_such_packings, &Statements::next_such_packing})
+            answer.stated.push_back(statement_label(input, "k", which));
     } else {
         answer.sentences.push_back(fmt::format("k of this {} is {}; its porosity is {}.", what, here, porosity));
     }

@@ -26,7 +26,7 @@ std::string base64_of(const std::vector<Number>& numbers) {
     return base64(bytes);
 }
 
-Json json_of_surface(const io::TriangleSurface& surface) {
+Json json_of_surface(const geometry::TriangleSurface& surface) {
     std::vector<float> points;
     std::vector<std::uint32_t> corners;
     for (const auto& point : surface.points)

@@ -17,7 +17,7 @@ namespace porepack::report {
 struct BedView {
     struct Kind {
         std::string name;
-        io::TriangleSurface surface;  ///< closed, in the grain's frame
+        geometry::TriangleSurface surface;  ///< closed, in the grain's frame
     };
     struct Grain {
         std::size_t kind = 0;
@@ -53,7 +53,7 @@ struct BedView {
     std::string text;  ///< what is seen, for those who do not see it
     std::vector<Kind> kinds;
     std::vector<Grain> grains;
-    io::TriangleSurface vessel = {};  ///< its sides; empty for a box
+    geometry::TriangleSurface vessel = {};  ///< its sides; empty for a box
     std::array<double, 3> low_m{}, high_m{};
     std::optional<core::Interval> section_m = {};
     std::vector<Line> streamlines = {};

@@ -1,6 +1,8 @@
 // Table [report] of case.toml.
 #pragma once
 
+#include <string>
+
 #include "permeability/fluid.hpp"
 #include "record/config.hpp"
 

@@ -1,4 +1,7 @@
 // Dimensionless numbers of the bed, the part of the wall, and the friction factor beside correlations.
+#include <optional>
+#include <string>
+
 #include "report/plot.hpp"
 #include "report/section.hpp"
 #include "report/uses.hpp"

@@ -1,5 +1,7 @@
 // Flow with inertia, the falling-head test, and why a measured k may differ from the computed one.
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include "report/plot.hpp"
 #include "report/section.hpp"

@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <map>
 #include <regex>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "core/data_file.hpp"
 #include "core/escape.hpp"
@@ -20,14 +23,6 @@ namespace {
 std::string sentence_html(const std::string& sentence) {
     static const std::regex command("porepack run --until-sure [0-9.]*[0-9]");
     return std::regex_replace(for_html(sentence), command, "<code>$&</code>");
-}
-
-// The answer says this number.
-bool is_in(const Answer& answer, const std::string& label) {
-    if (answer.sentences.empty()) return false;
-    const bool of_several = answer.sentences.front().starts_with("k of such packings");
-    return label == "k, this packing" || label == "porosity, this packing" ||
-           (of_several && (label.starts_with("k, mean") || label == "k, next packing"));
 }
 
 // The answer first, then a bar of what its uncertainty is from.
@@ -160,7 +155,7 @@ std::string html_page(const Page& page, const Path& folder) {
     std::string notes, numbers, tables;
     for (const auto& note : page.notes) notes += "<p class=\"note\">" + for_html(note) + "</p>\n";
     for (const auto& [label, text] : page.main_numbers) {
-        if (is_in(page.answer, label)) continue;
+        if (std::count(page.answer.stated.begin(), page.answer.stated.end(), label) > 0) continue;
         numbers += "<div>" + for_html(label) + "<b>" + for_html(text) + "</b></div>";
     }
     for (const auto& section : page.sections)

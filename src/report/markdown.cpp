@@ -1,4 +1,6 @@
 // The report in Markdown.
+#include <string>
+
 #include "core/escape.hpp"
 #include "report/page.hpp"
 #include "report/uses.hpp"

@@ -1,6 +1,8 @@
 // How the report writes numbers and intervals.
 #include <cmath>
+#include <optional>
 #include <regex>
+#include <string>
 
 #include "report/section.hpp"
 #include "report/uses.hpp"

@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
 
 #include "report/plot.hpp"
 #include "report/section.hpp"

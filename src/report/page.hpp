@@ -28,6 +28,7 @@ struct ReportSection {
 struct Answer {
     std::vector<std::string> sentences = {};                  ///< the first is the answer
     std::vector<std::pair<std::string, double>> shares = {};  ///< of the variance, by what causes it; their sum is 1
+    std::vector<std::string> stated = {};                     ///< labels of the main numbers that the sentences state
 };
 
 struct Page {

@@ -1,5 +1,6 @@
 // What the paper states for its grains, beside what was computed.
 #include <cmath>
+#include <string>
 
 #include "report/section.hpp"
 #include "report/uses.hpp"

@@ -1,6 +1,7 @@
 #include "report/paraview.hpp"
 
 #include <filesystem>
+#include <string>
 
 #include "core/data_file.hpp"
 #include "core/json.hpp"

@@ -1,6 +1,11 @@
 // k by all methods, and along z.
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <tuple>
+
 #include "core/table.hpp"
 #include "permeability/permeability.hpp"
 #include "report/plot.hpp"

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <tuple>
+#include <utility>
 
 #include "core/members_json.hpp"
 #include "permeability/permeability.hpp"
@@ -25,12 +27,11 @@ namespace {
 std::vector<results::MainNumber> main_numbers_of(const ReportInput& input) {
     std::vector<results::MainNumber> list;
     const auto& [lbm, foam, seeds] = std::tie(input.results.lbm, input.results.foam, input.results.seeds);
-    const std::string mean = seeds ? fmt::format(" of {} packings", seeds->packings) : " of such packings";
     for (const auto& [quantity, name] : {std::pair("permeability_m2", "k"), std::pair("porosity", "porosity")}) {
-        list.push_back({std::string(name) + ", this packing", sure_text(input, quantity, &results::Statements::this_packing)});
-        list.push_back({std::string(name) + ", mean" + mean, sure_text(input, quantity, &results::Statements::mean_of_such_packings)});
-        if (seeds)
-            list.push_back({std::string(name) + ", next packing", sure_text(input, quantity, &results::Statements::next_such_packing)});
+        using results::Statements;
+        for (const auto which : {&Statements::this_packing, &Statements::mean_of_such_packings, &Statements::next_such_packing})
+            if (seeds || which != &Statements::next_such_packing)
+                list.push_back({statement_label(input, name, which), sure_text(input, quantity, which)});
         if (const std::string bed = measured_bed_text(input, quantity); bed != dash)
             list.push_back({std::string(name) + ", the bed of measured porosity", bed});
     }
@@ -117,9 +118,8 @@ void add_tortuosities(Quantities& list, const results::Tortuosity& found, std::o
         list.add("tortuosity_shortest_path", stage, path->tortuosity, "1", "shortest paths, mean over starting points",
                  path_mean(path->tortuosity, path->standard_error, path->starts));
     if (const auto& factor = found.diffusive)
-        for (const char* name : {"tortuosity_factor", "tortuosity_diffusive"})  // the second is the name of version 0.1, until 0.3
-            list.add(name, stage, factor->tortuosity_factor, "1", "eps D0/D_eff by diffusion, three grids",
-                     Quantities::interval(factor->interval), factor->converged);
+        list.add("tortuosity_factor", stage, factor->tortuosity_factor, "1", "eps D0/D_eff by diffusion, three grids",
+                 Quantities::interval(factor->interval), factor->converged);
     list.add("tortuosity_hydraulic", stage, found.hydraulic.tortuosity, "1", "flow.vti", {}, flow_converged);
 }
 

@@ -1,5 +1,6 @@
 // Whether the solvers converged, and what the stages cost.
 #include <cmath>
+#include <string>
 
 #include "core/log.hpp"
 #include "core/members_json.hpp"

@@ -1,5 +1,7 @@
 // What was poured into what, and up to which gradient K holds.
 #include <cmath>
+#include <optional>
+#include <string>
 #include <tuple>
 
 #include "core/json.hpp"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <string>
 
 #include "core/files.hpp"
 #include "core/interval.hpp"
@@ -51,6 +52,10 @@ inline constexpr const char* dash = "–";  ///< of what is not known
 [[nodiscard]] std::string sure_text(const ReportInput& input, const std::string& quantity, results::Statement results::Statements::*which);
 /// The same of the bed whose porosity was measured.
 [[nodiscard]] std::string measured_bed_text(const ReportInput& input, const std::string& quantity);
+
+/// What the main number with this statement about `name` is called: "k, next packing".
+[[nodiscard]] std::string statement_label(const ReportInput& input, const std::string& name,
+                                          results::Statement results::Statements::*which);
 
 /// The paper's text about a quantity of this grain ("porosity", "tortuosity"); empty where it states nothing.
 [[nodiscard]] std::string paper_number(const ReportInput& input, const std::string& quantity);

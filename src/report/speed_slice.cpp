@@ -1,6 +1,10 @@
 // The slice through the speed of the flow, as a picture with axes and a colour bar.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
 
 #include "io/image.hpp"
 #include "report/plot.hpp"

@@ -1,3 +1,5 @@
+#include <string>
+
 #include "report/section.hpp"
 #include "report/uses.hpp"
 

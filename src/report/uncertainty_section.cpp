@@ -1,4 +1,7 @@
 // How sure the numbers are: this packing, the mean of such packings, the next one; and the uncertainty budget of k.
+#include <string>
+#include <vector>
+
 #include "core/table.hpp"
 #include "report/plot.hpp"
 #include "report/section.hpp"
@@ -43,6 +46,14 @@ std::string statement_text(const ReportInput& input, const std::string& quantity
 }
 
 }  // namespace
+
+std::string statement_label(const ReportInput& input, const std::string& name, results::Statement results::Statements::*which) {
+    using results::Statements;
+    if (which == &Statements::this_packing) return name + ", this packing";
+    if (which == &Statements::next_such_packing) return name + ", next packing";
+    const auto& seeds = input.results.seeds;
+    return name + (seeds ? fmt::format(", mean of {} packings", seeds->packings) : ", mean of such packings");
+}
 
 std::string sure_text(const ReportInput& input, const std::string& quantity, results::Statement results::Statements::*which) {
     return statement_text(input, quantity, [&](const results::Statements& all) { return &(all.*which); });

@@ -2,13 +2,9 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace io {}
 namespace uncertainty {}
 namespace report {
-using namespace core;
-using namespace geometry;
 using namespace io;
 using namespace uncertainty;
 }  // namespace report

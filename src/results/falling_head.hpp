@@ -54,7 +54,6 @@ void visit_members(Self& test, const Visit& visit) {
     visit("levels_m", test.levels_m);
     visit("times_s", test.times_s);
     visit("times_full_equation_s", test.times_full_equation_s);
-    visit("sample_inertia", test.inertia_coefficient);  // name of version 0.1, until 0.3
     visit("start_speed_m_per_s", test.start_speed_m_per_s);
     visit("warning", test.warning);
     visit("equation", test.equation);
@@ -164,7 +163,6 @@ void visit_members(Self& causes, const Visit& visit) {
     visit("causes", causes.causes);
     visit("joint", causes.joint);
     visit("computation", causes.computation);
-    visit("sample_inertia", causes.inertia_coefficient);  // name of version 0.1, until 0.3
     visit("inertial_permeability_from", causes.inertial_permeability_from);
 }
 

@@ -186,7 +186,6 @@ void visit_members(Self& found, const Visit& visit) {
     visit("sample_length_m", found.sample_length_m);
     visit("column_inertia", found.column_inertia);
     visit("inertia_coefficient", found.inertia_coefficient);
-    visit("sample_inertia", found.inertia_coefficient);
     visit("intervals_hold", found.intervals_hold);
     visit("warnings", found.warnings);
     visit("curves", found.curves);

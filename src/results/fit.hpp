@@ -1,6 +1,7 @@
 // Grains found in a scan: `porepack image fit`, and the key `fit` of results/pack/result.json.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>

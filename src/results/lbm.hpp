@@ -30,7 +30,6 @@ void visit_members(Self& parts, const Visit& visit) {
     visit("stretch", parts.stretch);
     visit("threshold", parts.threshold);
     visit("blur", parts.blur);
-    visit("ends", parts.mass_balance);  // name of version 0.1, until 0.3
 }
 
 /// Of a run with a tolerance of k.
@@ -109,7 +108,6 @@ void visit_members(Self& lbm, const Visit& visit) {
     visit("hydraulic_tortuosity", lbm.hydraulic_tortuosity);
     visit("inertia_coefficient_quasi_steady", lbm.inertia_coefficient_quasi_steady);
     visit("magic_parameter", lbm.magic_parameter);
-    visit("magic_number", lbm.magic_parameter);  // name of version 0.1, until 0.3
     visit("steps", lbm.steps);
     visit("updates_per_second", lbm.updates_per_second);
     visit("fine", lbm.fine);

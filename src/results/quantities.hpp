@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/interval.hpp"
 #include "results/results.hpp"

@@ -22,7 +22,7 @@ void visit_members(Self& number, const Visit& visit) {
 struct Report {
     static constexpr const char* stage = "report";
     /// Raised when these numbers can change, or a key is added: older results are out of date then.
-    static constexpr long version = 4;
+    static constexpr long version = 5;
     std::string report = "report.html";
     std::vector<MainNumber> main_numbers;
     std::vector<std::string> notes;
@@ -36,14 +36,13 @@ void visit_members(Self& report, const Visit& visit) {
 
 /// How sure a value is: of 95 %, and a standard uncertainty where it is from one.
 struct QuantityUncertainty {
-    core::OptionalKey<std::optional<core::Interval>> interval = {};  ///< reports of version 0.1 have none
+    core::OptionalKey<std::optional<core::Interval>> interval = {};
     core::OptionalKey<double> standard_uncertainty = {};
 };
 template <core::MembersOf<QuantityUncertainty> Self, typename Visit>
 void visit_members(Self& uncertainty, const Visit& visit) {
     visit("interval", uncertainty.interval);
     visit("standard_uncertainty", uncertainty.standard_uncertainty);
-    visit("plus_minus", uncertainty.standard_uncertainty);  // name of version 0.1, until 0.3
 }
 
 /// A main number in merged.json, which becomes result.json of a case.

@@ -2,11 +2,9 @@
 // stage, whose list of members is the list of keys (docs/files.md).
 #pragma once
 
-#include <filesystem>
+#include <optional>
 
-#include "core/files.hpp"
 #include "core/members.hpp"
-#include "core/members_json.hpp"
 #include "results/descriptors.hpp"
 #include "results/falling_head.hpp"
 #include "results/foam.hpp"
@@ -61,24 +59,5 @@ void visit_members(Self& results, const Visit& visit) {
 
 /// The whole bed, as the stage pack, or stl of a user's surface, describes it.
 [[nodiscard]] std::optional<BedPorosity> bed_of(const CaseResults& results);
-
-/// result.json of the stage in the folder `case_results`, which must exist. Throws UserError with file and key where it is not such a
-/// result.
-template <typename Result>
-[[nodiscard]] Result read_result(const core::Path& case_results) {
-    const core::Path file = case_results / Result::stage / "result.json";
-    return core::from_json_members<Result>(core::read_json(file), file.string());
-}
-
-/// The results that exist of the stages for which wanted(name) is true.
-template <typename Wanted>
-[[nodiscard]] CaseResults read_results(const core::Path& case_results, const Wanted& wanted) {
-    CaseResults found;
-    visit_members(found, [&]<typename Key>(const char* stage, Key& result) {
-        if (wanted(stage) && std::filesystem::exists(case_results / stage / "result.json"))
-            result = read_result<typename Key::value_type>(case_results);
-    });
-    return found;
-}
 
 }  // namespace porepack::results

@@ -1,6 +1,7 @@
 // A scan segmented into grains: `porepack image segment`.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 

@@ -107,7 +107,6 @@ void visit_members(Self& shape, const Visit& visit) {
     visit("", shape.inertia);
     visit("bounding_radius_m", shape.bounding_radius_m);
     visit("maximum_feret_diameter_m", shape.maximum_feret_diameter_m);
-    visit("span_m", shape.maximum_feret_diameter_m);  // name of version 0.1, until 0.3
     visit("relative_error", shape.relative_error);
     visit("sphericity_of_all", shape.sphericity_of_all);
     visit("number_fraction", shape.number_fraction);

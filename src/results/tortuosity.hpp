@@ -1,6 +1,7 @@
 // Tortuosities of four kinds: results/tortuosity/result.json.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,8 +63,6 @@ void visit_members(Self& found, const Visit& visit) {
     visit("starts", found.starts);
     visit("blocked_starts", found.blocked_starts);
     visit("paths_file", found.paths_file);
-    visit("tortuosity_shortest_path_least", found.minimum);  // names of version 0.1, until 0.3
-    visit("tortuosity_shortest_path_greatest", found.maximum);
 }
 
 struct DiffusiveGrid {
@@ -73,7 +72,6 @@ template <core::MembersOf<DiffusiveGrid> Self, typename Visit>
 void visit_members(Self& grid, const Visit& visit) {
     visit("voxel_size_m", grid.voxel_size_m);
     visit("tortuosity_factor", grid.tortuosity_factor);
-    visit("tortuosity_diffusive", grid.tortuosity_factor);  // name of version 0.1, until 0.3
 }
 
 /// The tortuosity factor, eps D0/D_eff.
@@ -110,7 +108,6 @@ void visit_members(Self& found, const Visit& visit) {
     visit("flux_imbalance", found.flux_imbalance);
     visit("converged", found.converged);
     visit("grids", found.grids);
-    visit("tortuosity_diffusive", found.tortuosity_factor);  // name of version 0.1, until 0.3
     visit("ends", found.ends);
     visit("no_interval_because", found.no_interval_because);
     visit("note", found.note);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/members_json.hpp"

@@ -1,6 +1,8 @@
 // Walls of a segmented image, smoother than its voxels.
 #pragma once
 
+#include <array>
+
 #include "geometry/grid.hpp"
 #include "scans/gray_input.hpp"
 

@@ -1,8 +1,14 @@
 #include "scans/detect.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <utility>
+#include <vector>
 
 #include "core/log.hpp"
 #include "core/parallel.hpp"

@@ -1,6 +1,8 @@
 // Grains of known shape found in a distance map, one after another; what is found is masked.
 #pragma once
 
+#include <vector>
+
 #include "scans/distance_map.hpp"
 #include "scans/shape_points.hpp"
 

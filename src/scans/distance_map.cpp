@@ -1,8 +1,10 @@
 #include "scans/distance_map.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "core/parallel.hpp"
 #include "pores/pores.hpp"

@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/median.hpp"

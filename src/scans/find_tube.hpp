@@ -1,6 +1,10 @@
 // The inner circle of a tube along z.
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "scans/gray_levels.hpp"
 
 namespace porepack::scans {

@@ -1,6 +1,7 @@
 #include "scans/fitted_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -3,8 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -43,14 +51,8 @@ double blurred_step(double x) {
     return 0.5 * std::erfc(-x / std::numbers::sqrt2);
 }
 
-bool is_word(const Json& threshold, const char* word) {
-    return threshold.is_string() && threshold.get<std::string>() == word;
-}
-
-void require_threshold(const Json& threshold) {
-    if (threshold.is_number() || is_word(threshold, "volume") || is_word(threshold, "half_level") || is_word(threshold, "otsu")) return;
-    throw UserError("`threshold` is neither a number nor one of its words",
-                    {.where = "[image], --image-threshold", .allowed = "a gray value, or volume, half_level, otsu"});
+bool follows(const std::optional<imaging::Threshold>& threshold, imaging::ThresholdRule rule) {
+    return threshold == imaging::Threshold(rule);
 }
 
 // Noise over contrast from second differences along z, whose median no edge reaches: of white noise they have the deviation sqrt(6).
@@ -137,7 +139,7 @@ void place(Grid& grid, const Container& container, const Axis& on_axis) {
 // levels. With final levels the tube is subtracted; a threshold that keeps the volume follows last, because the tube would count as solid.
 GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where,
                     const Axis& axis) {
-    require_threshold(config.threshold);
+    if (!config.threshold) throw UserError("gray walls need a threshold", {.where = where, .fix = "--image-threshold volume"});
     const bool given = config.gray_levels.size() == 2;
     GrayLevels levels;
     if (given) {
@@ -148,7 +150,7 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
             throw UserError(fmt::format("the gray levels {:g} of pores and {:g} of solid do not fit pore_side", levels.pore, levels.solid),
                             {.where = "[image], --image-gray-levels",
                              .fix = "pores first, then solid; --image-pore-side above where pores are brighter"});
-        if (is_word(config.threshold, "otsu"))
+        if (follows(config.threshold, imaging::ThresholdRule::otsu))
             throw UserError("gray levels have no effect on Otsu's threshold", {.where = "[image], --image-gray-levels"});
     } else {
         levels = fit_gray_levels(source, config.pore_side, mask_of(source.header, container, axis), where);
@@ -179,10 +181,10 @@ GrayInput read_gray(const VolumeSource& source, const ImageConfig& config, const
     notes.solid_level = levels.pore + fine.solid * contrast;
     const auto fraction_of = [&](double value) { return (value - notes.pore_level) / (notes.solid_level - notes.pore_level); };
     notes.tube_removed = remove_tube(*image, container, notes.blur_voxels);
-    notes.keeps_volume = is_word(config.threshold, "volume");
-    if (config.threshold.is_number())
-        notes.level = fraction_of(config.threshold.get<double>());
-    else if (is_word(config.threshold, "otsu"))
+    notes.keeps_volume = follows(config.threshold, imaging::ThresholdRule::volume);
+    if (const double* value = std::get_if<double>(&*config.threshold))
+        notes.level = fraction_of(*value);
+    else if (follows(config.threshold, imaging::ThresholdRule::otsu))
         notes.level = fraction_of(levels.otsu);
     else if (notes.keeps_volume)
         notes.level = volume_keeping_level(GraySolid(image, container), container);
@@ -236,12 +238,11 @@ GrayInput read_own_gray(const VolumeSource& source, const Container& container, 
 }
 
 double threshold_value(const VolumeSource& source, const ImageConfig& config, const Container& container, const std::string& where) {
-    require_threshold(config.threshold);
-    if (config.threshold.is_number()) return config.threshold.get<double>();
-    if (is_word(config.threshold, "volume"))
+    if (const double* value = std::get_if<double>(&config.threshold.value())) return *value;
+    if (follows(config.threshold, imaging::ThresholdRule::volume))
         throw UserError("the threshold `volume` needs gray walls", {.where = where, .fix = "half_level or otsu, or --image-walls gray"});
     const GrayLevels levels = fit_gray_levels(source, config.pore_side, mask_of(source.header, container, {}), where);
-    return is_word(config.threshold, "otsu") ? levels.otsu : levels.half_level();
+    return follows(config.threshold, imaging::ThresholdRule::otsu) ? levels.otsu : levels.half_level();
 }
 
 GrayVariants gray_variants(const GraySolid& solid, const Container& container) {

@@ -1,7 +1,11 @@
 // A scan with gray values as a solid: levels, noise, blur, and what they do to k.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include "pore_space/gray_solid.hpp"
 #include "scans/gray_levels.hpp"

@@ -1,6 +1,12 @@
 // From the values of a scan to solid fractions: gray levels of pores and solid, thresholds.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "geometry/gray_image.hpp"
 #include "imaging/volume.hpp"
 

@@ -1,6 +1,10 @@
 // A scan whose grains are fitted, of any size.
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "core/files.hpp"
 #include "imaging/volume.hpp"
 #include "scans/gray_input.hpp"

@@ -3,6 +3,8 @@
 
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "geometry/grid.hpp"
 #include "packing/packing.hpp"

@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -16,16 +20,6 @@ namespace porepack::scans {
 namespace {
 
 constexpr double cube_tolerance = 1e-3;
-
-std::vector<float> pore_values(const Json& pore) {
-    std::vector<float> values;  // as those of the image
-    for (const Json& value : pore.is_array() ? pore : Json::array({pore})) {
-        if (!value.is_number()) throw UserError("`pore` is not a number or a list of numbers", {.where = "[image], --image-pore"});
-        values.push_back(static_cast<float>(value.get<double>()));
-    }
-    if (values.empty()) throw UserError("`pore` is an empty list", {.where = "[image], --image-pore"});
-    return values;
-}
 
 [[noreturn]] void ask_for_level(const VolumeSource& source, const std::string& where) {
     const VolumeStatistics found = statistics_of(source);
@@ -68,10 +62,10 @@ Grid usable_grid(const VolumeHeader& header, const std::string& where, double by
 
 SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, const std::string& where) {
     const VolumeHeader& header = source.header;
-    const bool by_value = !config.pore.is_null(), by_threshold = !config.threshold.is_null();
+    const bool by_value = !config.pore.empty(), by_threshold = config.threshold.has_value();
+    const double* given = by_threshold ? std::get_if<double>(&*config.threshold) : nullptr;
     if (by_value && by_threshold) throw UserError("pore values and a threshold exclude each other", {.where = where});
-    if (by_threshold && !config.threshold.is_number())
-        throw UserError("`threshold` is not a number", {.where = "[image], --image-threshold"});
+    if (by_threshold && given == nullptr) throw UserError("`threshold` is not a number", {.where = "[image], --image-threshold"});
     const bool own = !by_value && !by_threshold && header.own_phases;
     if (!by_value && !by_threshold && !own) ask_for_level(source, where);
 
@@ -80,9 +74,9 @@ SegmentedImage segmented(const VolumeSource& source, const ImageConfig& config, 
     result.image.notes = header.notes;
     std::vector<std::uint8_t>& phase = result.image.phase;
     phase.resize(result.image.grid.size());
-    const std::vector<float> pores = by_value ? pore_values(config.pore) : std::vector<float>();
+    const std::vector<float> pores(config.pore.begin(), config.pore.end());  // as the values of the image
     std::vector<std::size_t> occurs(pores.size(), 0);
-    const float threshold = by_threshold ? static_cast<float>(config.threshold.get<double>()) : 0.0F;  // values are in single precision
+    const float threshold = by_threshold ? static_cast<float>(*given) : 0.0F;  // values are in single precision
     const bool below = config.pore_side == PoreSide::below;
     const auto phase_of = [&](float value) {
         if (own) {

@@ -1,6 +1,8 @@
 // From the values of an image to pores and solid.
 #pragma once
 
+#include <string>
+
 #include "geometry/grid.hpp"
 #include "imaging/volume.hpp"
 

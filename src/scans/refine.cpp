@@ -1,10 +1,15 @@
 #include "scans/refine.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "core/log.hpp"
 #include "core/parallel.hpp"

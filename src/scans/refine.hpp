@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 #include "geometry/gray_image.hpp"
 #include "packing/packing.hpp"

@@ -1,6 +1,8 @@
 // A scan by X-rays of grains that are known exactly: projections of the grains in their tube, and the image that is computed from them.
 #pragma once
 
+#include <vector>
+
 #include "geometry/grid.hpp"
 #include "packing/grains.hpp"
 #include "packing/section.hpp"

@@ -2,16 +2,12 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace imaging {}
 namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pore_space {}
 namespace scans {
-using namespace core;
-using namespace geometry;
 using namespace imaging;
 using namespace shapes;
 using namespace packing;

@@ -6,7 +6,6 @@
 #include "shapes/segments.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 
 Vec3 closest_on_axis(const Capsule& capsule, const Vec3& point) {
     const Vec3 axis = capsule.b - capsule.a;

@@ -5,6 +5,7 @@
 #include <array>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "shapes/clearance.hpp"
 #include "shapes/meridian.hpp"

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 using namespace record;
 namespace {
 

@@ -1,6 +1,11 @@
 // Table [shape] of case.toml: one shape, or a mixture of several.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "record/config.hpp"
 #include "shapes/shape.hpp"
 

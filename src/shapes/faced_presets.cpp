@@ -7,13 +7,15 @@
 #include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "shapes/config.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 using Body = std::shared_ptr<const RoundedBody>;

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "shapes/shape.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 constexpr double full_turn = 2.0 * std::numbers::pi;

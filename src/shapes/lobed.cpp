@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -16,7 +18,6 @@
 #include "shapes/rounded_body.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 constexpr double pi = std::numbers::pi;

@@ -1,6 +1,8 @@
 // Closed surfaces from loops of points about the axis z: what cylinders, rings and grains with lobes have in common.
 #pragma once
 
+#include <vector>
+
 #include "shapes/rounded_body.hpp"
 
 namespace porepack::shapes {

@@ -1,4 +1,4 @@
-// Volume, area and moments of a union of capsules, by integration over its exposed surface (divergence theorem).
+// Volume, area and moments of a union of capsules, by integration over its exposed surface (divergence theorem, Eq. (T2)).
 // A capsule's surface is swept by meridians. The exposed parts of each are exact to rounding and integrated by Gauss' rule, so
 // that one integral over the angle phi remains. Its integrand is smooth except where a meridian touches another capsule or the
 // pattern of exposed parts changes; these angles are found by bisection, and the smooth pieces between them are integrated
@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <queue>
 #include <vector>
@@ -15,7 +16,6 @@
 #include "shapes/shape.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 // Area, volume, first moments, second moments (xx, yy, zz, xy, yz, zx); of the outer surface, then of the cavities'.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;

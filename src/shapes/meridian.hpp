@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/interval.hpp"
 #include "shapes/capsule.hpp"

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <queue>
 #include <utility>
+#include <vector>
 
 #include "shapes/clearance.hpp"
 

@@ -1,6 +1,7 @@
 // Parts of a line within an upright cylinder, and between two heights.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "core/error.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 
 // The depth below the nearest face has one maximum, which is searched along one axis after another.
 Vec3 middle_of_largest_ball(const std::vector<Face>& faces, const std::vector<Vec3>& corners) {

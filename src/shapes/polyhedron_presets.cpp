@@ -1,15 +1,16 @@
 // Boxes and prisms as polyhedra.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
+#include <vector>
 
 #include "core/error.hpp"
 #include "shapes/rounded_body.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 // A prism over a polygon in the plane z = 0, counter-clockwise seen from above.

@@ -1,14 +1,16 @@
+#include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "shapes/shape.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 // The arms point to four corners of a cube, no two of which share an edge: (1, 1, 1) has the length sqrt(3).
@@ -141,9 +143,11 @@ Dimensions solve(const UnitPreset& preset, double sphericity, double volume_m3) 
 Shape make_preset(ShapeKind kind, double diameter, double length, long arms) {
     const std::string name(name_of(kind));
     if (!(diameter > 0.0) || !std::isfinite(diameter))
-        throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", name, diameter));
+        throw UserError(fmt::format("the diameter of a {} must be positive, got {:g} m", name, diameter),
+                        {.fix = "diameter_m in metres: 0.005"});
     if (!(length >= 0.0) || !std::isfinite(length))
-        throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", name, length));
+        throw UserError(fmt::format("the length of a {} must not be negative, got {:g} m", name, length),
+                        {.allowed = "0 or more, in metres"});
     const double r = diameter / 2;
     switch (kind) {
         case ShapeKind::tetrapod:
@@ -167,7 +171,7 @@ Dimensions dimensions_for(ShapeKind kind, double sphericity, double volume_m3, C
     if (!(sphericity > 0.0) || sphericity > 1.0)
         throw UserError(fmt::format("sphericity {:g} is not possible", sphericity), {.allowed = "0 < sphericity <= 1 (1 is a sphere)"});
     if (!(volume_m3 > 0.0) || !std::isfinite(volume_m3))
-        throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3));
+        throw UserError(fmt::format("the volume must be positive, got {:g} m3", volume_m3), {.fix = "volume_m3 in cubic metres: 7.33e-7"});
     const double equal_diameter = std::cbrt(6.0 * volume_m3 / std::numbers::pi);
     if (kind == ShapeKind::sphere && sphericity < 1.0) throw UserError("a sphere has sphericity 1", {.fix = "choose another shape"});
     if (sphericity == 1.0) return {equal_diameter, 0.0};

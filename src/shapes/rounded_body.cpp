@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 // An object whose keys are all read, and no others.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/json.hpp"
 #include "geometry/solid.hpp"
@@ -12,7 +15,6 @@
 #include "shapes/shape.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 class RoundedMesh : public RoundedBody {

@@ -1,6 +1,8 @@
 // Grains of triangles with rounded edges that need not be convex.
 #pragma once
 
+#include <memory>
+
 #include "shapes/rounded_body.hpp"
 #include "shapes/triangle_core.hpp"
 

@@ -6,7 +6,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -18,7 +21,6 @@
 #include "shapes/rounded_mesh.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 class RoundedPolyhedron : public RoundedBody {
@@ -228,7 +230,6 @@ private:
     [[nodiscard]] const Vec3& at(int i) const { return corners_[static_cast<std::size_t>(i)]; }
     [[nodiscard]] const Vec3& corner(const Face& face, std::size_t i) const { return at(face.corners[i % face.corners.size()]); }
 
-    static double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
     // The unit vector k / parts of the way along the arc from a to b, the same to the last bit from b to a.
     static Vec3 between(const Vec3& a, const Vec3& b, int k, int parts) {
         if (k == 0) return a;
@@ -345,10 +346,12 @@ private:
 
 std::shared_ptr<const RoundedBody> make_polyhedron(const PolyhedronSize& size) {
     const auto count = static_cast<int>(size.corners_m.size());
-    if (count < 4 || size.faces.size() < 4) throw UserError("a polyhedron needs four corners and four faces, or more");
+    if (count < 4 || size.faces.size() < 4)
+        throw UserError("a polyhedron needs four corners and four faces, or more", {.where = "corners_m, faces"});
     double extent = 0.0;
     for (const Vec3& corner : size.corners_m) extent = std::max(extent, (corner - size.corners_m.front()).norm());
-    if (!(extent > 0.0) || !std::isfinite(extent)) throw UserError("the corners of the polyhedron are not finite numbers, or all the same");
+    if (!(extent > 0.0) || !std::isfinite(extent))
+        throw UserError("the corners of the polyhedron are not finite numbers, or all the same", {.where = "corners_m"});
     if (!(size.rounding_m >= 0.0) || !std::isfinite(size.rounding_m))
         throw UserError(fmt::format("the rounding of the polyhedron is {:g} m", size.rounding_m), {.allowed = "0 or more"});
     std::vector<Face> faces;

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -17,7 +20,6 @@
 #include "shapes/torus.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -233,10 +235,12 @@ std::shared_ptr<const RoundedBody> make_ring(const RingSize& size) {
     const char* const name = hole ? "ring" : "cylinder";
     if (!(size.diameter_m > 0.0) || !(size.height_m > 0.0))
         throw UserError(
-            fmt::format("a {} needs a diameter and a height above 0, got {:g} m and {:g} m", name, size.diameter_m, size.height_m));
+            fmt::format("a {} needs a diameter and a height above 0, got {:g} m and {:g} m", name, size.diameter_m, size.height_m),
+            {.where = "diameter_m, height_m"});
     if (hole && size.inner_diameter_m >= size.diameter_m)
         throw UserError(
-            fmt::format("the hole of the ring is as wide as the ring: {:g} m of {:g} m", size.inner_diameter_m, size.diameter_m));
+            fmt::format("the hole of the ring is as wide as the ring: {:g} m of {:g} m", size.inner_diameter_m, size.diameter_m),
+            {.allowed = "an inner_diameter_m below diameter_m"});
     const double wall = 0.5 * (hole ? size.diameter_m - size.inner_diameter_m : size.diameter_m);
     const double largest = 0.5 * std::min(hole ? wall : size.diameter_m, size.height_m);
     constexpr double rounded_off = 1.0 + 1e-12;  // sizes that were written and read back

@@ -1,6 +1,7 @@
 // A grain's shape in its own frame, a union of capsules or a body with faces, and its measures.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 struct PointToCover {
@@ -120,7 +121,9 @@ std::vector<Capsule> along_axes(const Shape& shape, double tolerance) {
     };
     for (const auto& capsule : shape.capsules) {
         const double r = capsule.radius;
-        if (tolerance >= r) throw UserError("the clump's surface tolerance must be smaller than the capsule's radius");
+        if (tolerance >= r)
+            throw UserError("the clump's surface tolerance must be smaller than the capsule's radius",
+                            {.where = "clump_tolerance", .allowed = fmt::format("less than {:g} m", r)});
         // Neighbouring spheres meet in a circle of radius r - tolerance, half a spacing from their centres.
         const double spacing = 2.0 * std::sqrt(r * r - (r - tolerance) * (r - tolerance));
         const double length = (capsule.b - capsule.a).norm();

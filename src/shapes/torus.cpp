@@ -5,6 +5,7 @@
 // is bracketed: none is missed, and none is found twice.
 #include "shapes/torus.hpp"
 
+#include <algorithm>
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>

@@ -6,19 +6,16 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/joined_sets.hpp"
 #include "geometry/triangle.hpp"
 
 namespace porepack::shapes {
-using namespace core;
 namespace {
 
 constexpr std::size_t most_triangles = 5000;
-
-double angle_between(const Vec3& a, const Vec3& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 // From `zero`, which is normal to `axis`.
 double angle_about(const Vec3& axis, const Vec3& zero, const Vec3& direction) {
@@ -100,16 +97,10 @@ void TriangleCore::find_edges() {
 
 // Triangles that hang together by their sides, and corners around which they do too.
 void TriangleCore::require_one_part() const {
-    std::vector<std::size_t> parent(triangles_.size());
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto root = [&](std::size_t t) {
-        while (parent[t] != t) t = parent[t] = parent[parent[t]];
-        return t;
-    };
-    for (const Edge& edge : edges_)
-        parent[root(static_cast<std::size_t>(edge.triangles[0]))] = root(static_cast<std::size_t>(edge.triangles[1]));
+    JoinedSets parts(triangles_.size());
+    for (const Edge& edge : edges_) parts.join(static_cast<std::size_t>(edge.triangles[0]), static_cast<std::size_t>(edge.triangles[1]));
     for (std::size_t t = 1; t < triangles_.size(); ++t)
-        if (root(t) != root(0))
+        if (parts.root(t) != parts.root(0))
             throw UserError(fmt::format("the surface has several parts: triangles 0 and {} do not hang together", t),
                             {.fix = "one grain is one part"});
     // Around a corner, sides and triangles are as many, in one ring.
@@ -307,15 +298,9 @@ void TriangleCore::find_neck() {
               [](const auto& a, const auto& b) { return a.first > b.first || (a.first == b.first && a.second < b.second); });
     // What is thinner than the grid shows is at most half a cell.
     neck_radius_ = std::min(cells.empty() ? 0.25 * h : cells.front().first, 0.5 * size.minCoeff());
-    constexpr std::size_t none = static_cast<std::size_t>(-1);
-    std::vector<std::size_t> parent(static_cast<std::size_t>(n) * n * n, none);
-    std::vector<double> peak(parent.size(), 0.0);
-    const auto root = [&](std::size_t i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
+    JoinedSets parts(static_cast<std::size_t>(n) * n * n);
+    std::vector<double> peak(static_cast<std::size_t>(n) * n * n, 0.0);  // 0: not yet flooded
     for (const auto& [depth, i] : cells) {
-        parent[i] = i;
         peak[i] = depth;
         const std::array<std::size_t, 3> at = {i % n, i / n % n, i / n / n};
         std::size_t stride = 1;
@@ -323,16 +308,15 @@ void TriangleCore::find_neck() {
             for (const bool up : {false, true}) {
                 if (up ? at[axis] + 1 == n : at[axis] == 0) continue;
                 const std::size_t other = up ? i + stride : i - stride;
-                if (parent[other] == none) continue;
-                const std::size_t one = root(i), two = root(other);
+                if (peak[other] == 0.0) continue;
+                const std::size_t one = parts.root(i), two = parts.root(other);
                 if (one == two) continue;
                 if (std::min(peak[one], peak[two]) > 1.1 * depth + h) neck_radius_ = std::min(neck_radius_, depth);
-                const std::size_t deeper = peak[one] >= peak[two] ? one : two;
-                parent[one] = parent[two] = deeper;
+                peak[one] >= peak[two] ? parts.join(two, one) : parts.join(one, two);
             }
     }
     const bool in_parts = std::any_of(cells.begin(), cells.end(), [&](const auto& cell) {
-        return root(cell.second) != root(cells.front().second) && peak[root(cell.second)] > h;
+        return parts.root(cell.second) != parts.root(cells.front().second) && peak[parts.root(cell.second)] > h;
     });
     if (in_parts) neck_radius_ = std::min(neck_radius_, 0.25 * h);
 }

@@ -2,6 +2,7 @@
 #include "shapes/void_grid.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "shapes/clearance.hpp"

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <map>
+#include <string>
+#include <vector>
 
 #include "core/files.hpp"
 #include "record/config.hpp"
-#include "results/results.hpp"
+#include "results/read.hpp"
 #include "stages/settings.hpp"
 
 namespace porepack::stages {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <mutex>
 #include <numbers>
 
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // 4 volume / surface, as of a checked surface.
-double grain_size_of(const io::TriangleSurface& surface) {
+double grain_size_of(const geometry::TriangleSurface& surface) {
     double volume = 0.0, area = 0.0;
     for (const auto& triangle : surface.triangles) {
         const auto corner = [&](std::size_t c) {

@@ -1,4 +1,8 @@
 // The chain of a case.
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core/error.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"

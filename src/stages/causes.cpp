@@ -1,5 +1,5 @@
 // Causes of the difference between measured and computed permeabilities.
-#include "analysis/falling_head/causes.hpp"
+#include "analysis/falling_head/cause_analysis.hpp"
 #include "stages/case_space.hpp"
 #include "stages/falling_head.hpp"
 #include "stages/stages.hpp"

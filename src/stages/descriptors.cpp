@@ -2,6 +2,7 @@
 #include "analysis/descriptors.hpp"
 
 #include <filesystem>
+#include <optional>
 
 #include "io/image.hpp"
 #include "stages/case_space.hpp"

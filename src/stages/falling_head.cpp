@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "analysis/falling_head/simulation.hpp"
 #include "permeability/permeability.hpp"

@@ -1,4 +1,7 @@
 // Grains found in a scan: the stage pack of a case with fit = true.
+#include <utility>
+#include <vector>
+
 #include "analysis/fit_image.hpp"
 
 #include "analysis/porosity.hpp"

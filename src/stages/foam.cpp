@@ -13,7 +13,7 @@ Stage make_foam_stage(const Case& c) {
                 .configuration = deciding_keys(c, {"container", "section", "openfoam"}, {}, true),
                 .run =
                     [c](const Path& folder) {
-                        const io::TriangleSurface made = io::read_stl(c.stage_folder("stl") / "solid.stl");
+                        const geometry::TriangleSurface made = io::read_stl(c.stage_folder("stl") / "solid.stl");
                         return compute_foam_flow(case_pore_space(c), c.settings.geometry, c.settings.openfoam, folder, &made);
                     },
                 .expect =

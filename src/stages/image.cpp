@@ -1,6 +1,12 @@
 // A scan or a segmented image, read and put into the container.
 #include "io/image.hpp"
 
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "analysis/image.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -35,8 +41,7 @@ results::Image run_image(const Case& c, const Path& folder) {
 
 std::string image_file(const Case& c) {
     const imaging::ImageConfig& image = c.settings.image;
-    const bool own =
-        image.threshold.is_null() && image.pore.is_null() && imaging::open_volume(c.resolve(image.file), image).header.own_fractions;
+    const bool own = !image.threshold && image.pore.empty() && imaging::open_volume(c.resolve(image.file), image).header.own_fractions;
     return own || image.walls == imaging::ImageWalls::balls || has_gray_walls(image) ? "gray.vti" : "pore.vti";
 }
 

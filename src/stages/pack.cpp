@@ -1,6 +1,9 @@
 // Grains in the case's container: poured or given.
 #include <fmt/format.h>
 
+#include <string>
+#include <vector>
+
 #include "analysis/porosity.hpp"
 #include "analysis/pour.hpp"
 #include "core/error.hpp"

@@ -1,20 +1,19 @@
 // The report of a case.
-#include "report/report.hpp"
-#include "report/paraview.hpp"
-
 #include <fmt/format.h>
 
-#include "analysis/bed_view.hpp"
-#include "converters/surface.hpp"
-#include "core/error.hpp"
-#include "core/interrupt.hpp"
+#include <filesystem>
+#include <string>
+#include <vector>
+
 #include "core/json.hpp"
 #include "core/log.hpp"
 #include "permeability/fluid.hpp"
 #include "record/engine_versions.hpp"
-#include "report/picture.hpp"
+#include "report/paraview.hpp"
+#include "report/report.hpp"
 #include "report/slip.hpp"
 #include "stages/case_space.hpp"
+#include "stages/report_pictures.hpp"
 #include "stages/stages.hpp"
 #include "stages/uses.hpp"
 
@@ -26,39 +25,6 @@ std::string title_of(const Case& c) {
     if (!c.settings.report.title.empty()) return c.settings.report.title;
     const Path folder = fs::absolute(c.folder).lexically_normal();
     return folder.filename().empty() ? folder.parent_path().filename().string() : folder.filename().string();
-}
-
-// False when rendering failed.
-bool draw_packing(const Case& c, const results::CaseResults& results, const Path& folder) {
-    const Container container = case_container(c);
-    const auto bed = results::bed_of(results);
-    // The empty part above the bed is not shown.
-    const double shown = std::min(container.height(), 1.15 * (bed ? bed->bed_height_m : container.height()));
-    const io::TriangleSurface walls = converters::sides_of(container, shown);
-    std::vector<std::string> more;
-    const Path file = folder / "walls.stl";
-    if (!walls.triangles.empty()) {
-        io::write_stl(file, walls);
-        more = {"--walls", fs::absolute(file).string()};
-    }
-    const bool drawn = draw_picture(c.stage_folder("stl") / "solid.stl", folder / "packing.png", more);
-    fs::remove(file);
-    return drawn;
-}
-
-// A report without it is a report still.
-std::optional<report::BedView> bed_to_turn(const Case& c, const results::CaseResults& results) {
-    try {
-        report::require_three();
-        report::BedView bed = bed_view_of(packing::read_packing(c.stage_folder("pack") / "packing.json"),
-                                          results.voxelise ? std::optional(results.voxelise->section_m) : std::nullopt);
-        if (results.lbm) add_flow(bed, c.stage_folder("lbm") / "flow.vti");
-        return bed;
-    } catch (const Error& fault) {
-        if (interrupted()) throw;
-        log_warning(fmt::format("the bed in the report cannot be turned: {}", fault.what()));
-        return std::nullopt;
-    }
 }
 
 results::Report run_report(const Case& c, const std::vector<std::string>& shown, const Path& folder) {

@@ -1,5 +1,6 @@
 #include "stages/settings.hpp"
 
+#include <set>
 #include <stdexcept>
 
 #include "core/json.hpp"

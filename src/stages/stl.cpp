@@ -1,4 +1,7 @@
 // The grains as one closed triangle surface.
+#include <string>
+#include <vector>
+
 #include "analysis/surfaces.hpp"
 #include "inputs/mesh_vessel.hpp"
 #include "inputs/pore_space_input.hpp"

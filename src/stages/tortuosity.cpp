@@ -1,4 +1,7 @@
 // Tortuosities of the case's section.
+#include <algorithm>
+#include <utility>
+
 #include "analysis/tortuosity.hpp"
 #include "core/log.hpp"
 #include "stages/case_space.hpp"

@@ -2,8 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace record {}
 namespace io {}
 namespace shapes {}
@@ -22,8 +20,6 @@ namespace inputs {}
 namespace analysis {}
 namespace pipeline {}
 namespace stages {
-using namespace core;
-using namespace geometry;
 using namespace record;
 using namespace io;
 using namespace shapes;

@@ -1,4 +1,6 @@
 // Voxels of the section.
+#include <utility>
+
 #include "analysis/porosity.hpp"
 #include "io/image.hpp"
 #include "stages/case_space.hpp"

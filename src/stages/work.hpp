@@ -1,6 +1,9 @@
 // The work of some stages, for loose files too: computes, writes its files into `folder`, returns the result.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "converters/config.hpp"
 #include "core/files.hpp"
 #include "lbm/config.hpp"
@@ -18,6 +21,8 @@ namespace porepack::stages {
 /// Called by all ranks, of which the first writes.
 [[nodiscard]] results::Lbm run_lbm(pore_space::PoreSpace space, const converters::GeometryConfig& geometry, const lbm::LbmConfig& config,
                                    const core::Path& folder, const core::Path& checkpoint = {});
+/// On the ranks of [parallel].
+[[nodiscard]] results::Lbm run_lbm(const Case& c, const core::Path& folder);
 
 /// Arguments of the ranks that a stage starts, which works in `folder`; the command `stage` calls the function below for each of them.
 [[nodiscard]] std::vector<std::string> rank_arguments(const std::string& stage, const Case& c, const core::Path& folder);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "core/json.hpp"
 #include "study/case_pipeline.hpp"
 #include "study/uses.hpp"

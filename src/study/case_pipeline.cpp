@@ -1,5 +1,8 @@
 #include "study/case_pipeline.hpp"
 
+#include <utility>
+#include <vector>
+
 #include "record/engine_versions.hpp"
 #include "stages/stages.hpp"
 #include "study/seeds.hpp"

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
@@ -129,7 +131,7 @@ Comparison compare_results(const std::vector<Path>& folders) {
         comparison.names.push_back(folder.lexically_normal().string());
         for (const Quantity& quantity : quantities_in(folder)) {
             const std::string& name = quantity.name;
-            if (!std::isfinite(quantity.value) || name == "tortuosity_diffusive") continue;  // tortuosity_factor by its old name
+            if (!std::isfinite(quantity.value)) continue;
             auto row = std::find_if(comparison.rows.begin(), comparison.rows.end(), [&](const auto& r) { return r.quantity == name; });
             if (row == comparison.rows.end()) row = comparison.rows.insert(comparison.rows.end(), {name, quantity.unit, {}});
             row->values.resize(column, {unknown, unknown, unknown});

@@ -19,7 +19,7 @@ Vec3 middle_of(const Shape& shape) {
 
 }  // namespace
 
-io::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, double pitch_m) {
+geometry::TriangleSurface grain_sheet(const std::vector<Shape>& grains, long columns, double pitch_m) {
     const Quaternion turned(Eigen::AngleAxisd(0.45, Vec3::UnitX()) * Eigen::AngleAxisd(0.5, Vec3::UnitZ()));
     Packing sheet;
     sheet.shapes = grains;

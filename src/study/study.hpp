@@ -1,6 +1,7 @@
 // A study: one case with several values of some keys. It is a folder with study.toml; each point of it is a case of its own.
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>

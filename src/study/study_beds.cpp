@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "analysis/bed_view.hpp"
 #include "core/data_file.hpp"
@@ -12,7 +13,7 @@
 #include "core/files.hpp"
 #include "report/page.hpp"
 #include "results/geometry.hpp"
-#include "results/results.hpp"
+#include "results/read.hpp"
 #include "study/study_figures.hpp"
 #include "study/study_fits.hpp"
 #include "study/uses.hpp"

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string>
+
 #include "core/data_file.hpp"
 #include "core/owned_names.hpp"
 #include "study/uses.hpp"

@@ -1,6 +1,8 @@
 // Figures and page of a study.
 #pragma once
 
+#include <string>
+
 #include "study/study.hpp"
 
 namespace porepack::study {

@@ -1,6 +1,9 @@
 // Runs the points of a study, several at once, and tells how far it is.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/members.hpp"
 #include "study/study.hpp"
 

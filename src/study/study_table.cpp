@@ -5,7 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <optional>
 #include <set>
+#include <span>
+#include <utility>
 
 #include "analysis/shape.hpp"
 #include "core/build.hpp"

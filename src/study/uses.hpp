@@ -2,7 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
 namespace record {}
 namespace io {}
 namespace shapes {}
@@ -16,7 +15,6 @@ namespace report {}
 namespace pipeline {}
 namespace stages {}
 namespace study {
-using namespace core;
 using namespace record;
 using namespace io;
 using namespace shapes;

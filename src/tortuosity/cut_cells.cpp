@@ -8,8 +8,12 @@
 #include "tortuosity/cut_cells.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/parallel.hpp"

@@ -1,6 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/context.hpp"
 #include "core/error.hpp"

@@ -8,6 +8,7 @@
 
 namespace porepack::tortuosity {
 
+// Eq. (T22).
 double hydraulic_tortuosity(const FlowImage& flow, const Section& section, int axis) {
     double speed = 0.0, along = 0.0;
     for (int k = 0; k < flow.grid.cells[2]; ++k) {

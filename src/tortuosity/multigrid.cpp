@@ -3,6 +3,9 @@
 #include "tortuosity/multigrid.hpp"
 
 #include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
 
 namespace porepack::tortuosity {
 namespace {

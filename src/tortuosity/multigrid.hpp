@@ -1,6 +1,8 @@
 // One multigrid V-cycle as a preconditioner; only for the sources of this folder.
 #pragma once
 
+#include <vector>
+
 #include "tortuosity/conductance_grid.hpp"
 
 namespace porepack::tortuosity {

@@ -1,6 +1,8 @@
 #include "tortuosity/pore_lattice.hpp"
 #include "tortuosity/uses.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <numeric>
 

@@ -1,6 +1,12 @@
 // Tortuosities. Each has its own name, because they are different quantities (docs/theory.md).
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "converters/slices.hpp"
 #include "core/choice.hpp"
 #include "core/interval.hpp"

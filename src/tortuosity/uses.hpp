@@ -2,16 +2,12 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
-namespace geometry {}
 namespace shapes {}
 namespace packing {}
 namespace vessels {}
 namespace pore_space {}
 namespace converters {}
 namespace tortuosity {
-using namespace core;
-using namespace geometry;
 using namespace shapes;
 using namespace packing;
 using namespace vessels;

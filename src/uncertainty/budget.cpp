@@ -6,7 +6,6 @@
 #include "permeability/permeability.hpp"
 
 namespace porepack::uncertainty {
-using namespace core;
 
 double between_methods(double value, const std::optional<Interval>& interval, double other_value,
                        const std::optional<Interval>& other_interval) {

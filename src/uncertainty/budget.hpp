@@ -1,6 +1,7 @@
 // Uncertainty budget: the contributions to the uncertainty of a quantity, and the three statements that follow from them.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>

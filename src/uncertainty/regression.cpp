@@ -6,7 +6,6 @@
 #include "uncertainty/budget.hpp"
 
 namespace porepack::uncertainty {
-using namespace core;
 namespace {
 
 double after_looks(std::size_t flows) {

@@ -6,7 +6,6 @@
 #include <limits>
 
 namespace porepack::uncertainty {
-using namespace core;
 namespace {
 
 constexpr double upper_quantile = 0.975;  // of an interval of 95 %

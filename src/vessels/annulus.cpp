@@ -2,14 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "vessels/cylinder.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

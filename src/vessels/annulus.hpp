@@ -1,6 +1,10 @@
 // The space between two upright cylinders with one axis.
 #pragma once
 
+#include <array>
+#include <optional>
+#include <vector>
+
 #include "geometry/vessel.hpp"
 
 namespace porepack::vessels {

@@ -1,10 +1,13 @@
 #include "vessels/box.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
 
 #include "core/json.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

@@ -1,6 +1,11 @@
 // A box, whose sides may be periodic.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
 #include "geometry/vessel.hpp"
 
 namespace porepack::vessels {

@@ -1,12 +1,14 @@
 #include "vessels/cone.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

@@ -1,6 +1,9 @@
 // An upright cone with a flat floor: a frustum, wider or narrower at the top.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "geometry/vessel.hpp"
 
 namespace porepack::vessels {

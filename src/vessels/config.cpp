@@ -4,6 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -12,12 +15,11 @@
 #include "vessels/cone.hpp"
 #include "vessels/cylinder.hpp"
 #include "vessels/mesh.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 namespace {
 
-// All that the program knows about a kind of vessel besides its class. A new kind is one more entry, and its keys in ContainerConfig.
+// All that the program knows about a kind of vessel besides its class. A new kind is one more function, and its keys in ContainerConfig.
 struct VesselKind {
     std::string name;
     std::vector<std::string> needed, optional;  // keys of ContainerConfig
@@ -31,90 +33,105 @@ struct VesselKind {
     std::shared_ptr<const Vessel> (*make)(const ContainerConfig& config);
 };
 
+VesselKind cylinder_kind() {
+    return {.name = "cylinder",
+            .needed = {"diameter_m", "height_m"},
+            .optional = {},
+            .missing = "a cylinder needs diameter_m and height_m",
+            .form = "cylinder:D,H",
+            .frame = "a cylinder, an annulus or a cone has its axis at x = y = 0",
+            .text = "a cylinder {diameter_m} wide and {height_m} high",
+            .numbers = 2,
+            .may_be_periodic = false,
+            .fill =
+                [](ContainerConfig& config, const std::vector<double>& numbers) {
+                    config.diameter_m = numbers[0];
+                    config.height_m = numbers[1];
+                },
+            .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+                return std::make_shared<const Cylinder>(c.diameter_m, c.height_m);
+            }};
+}
+
+VesselKind annulus_kind() {
+    return {.name = "annulus",
+            .needed = {"inner_diameter_m", "diameter_m", "height_m"},
+            .optional = {},
+            .missing = "an annulus needs inner_diameter_m, diameter_m and height_m",
+            .form = "annulus:DI,D,H",
+            .frame = {},
+            .text = "an annulus from {inner_diameter_m} to {diameter_m}, {height_m} high",
+            .numbers = 3,
+            .may_be_periodic = false,
+            .fill =
+                [](ContainerConfig& config, const std::vector<double>& numbers) {
+                    config.inner_diameter_m = numbers[0];
+                    config.diameter_m = numbers[1];
+                    config.height_m = numbers[2];
+                },
+            .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+                return std::make_shared<const Annulus>(c.inner_diameter_m, c.diameter_m, c.height_m);
+            }};
+}
+
+VesselKind cone_kind() {
+    return {.name = "cone",
+            .needed = {"diameter_m", "top_diameter_m", "height_m"},
+            .optional = {},
+            .missing = "a cone needs diameter_m (at the floor), top_diameter_m and height_m",
+            .form = "cone:D,DT,H",
+            .frame = {},
+            .text = "a cone, {diameter_m} wide at the floor and {top_diameter_m} at the top, {height_m} high",
+            .numbers = 3,
+            .may_be_periodic = false,
+            .fill =
+                [](ContainerConfig& config, const std::vector<double>& numbers) {
+                    config.diameter_m = numbers[0];
+                    config.top_diameter_m = numbers[1];
+                    config.height_m = numbers[2];
+                },
+            .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+                return std::make_shared<const Cone>(c.diameter_m, c.top_diameter_m, c.height_m);
+            }};
+}
+
+VesselKind box_kind() {
+    return {.name = "box",
+            .needed = {"size_m"},
+            .optional = {"periodic"},
+            .missing = "a box needs size_m",
+            .form = "box:X,Y,Z",
+            .frame = "a box has its corner at the origin",
+            .text = "a box of {size_m}",
+            .numbers = 3,
+            .may_be_periodic = true,
+            .fill = [](ContainerConfig& config, const std::vector<double>& numbers) { config.size_m = numbers; },
+            .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+                return std::make_shared<const Box>(Vec3(c.size_m[0], c.size_m[1], c.size_m[2]),
+                                                   std::array<bool, 3>{c.periodic[0], c.periodic[1], c.periodic[2]});
+            }};
+}
+
+VesselKind mesh_kind() {
+    return {.name = "mesh",
+            .needed = {"file", "unit_m"},
+            .optional = {},
+            .missing = "a vessel of kind \"mesh\" needs file and unit_m",
+            .form = {},
+            .frame = "a mesh lies as in its file, moved along z",
+            .text = "the vessel of {file}",
+            .numbers = 0,
+            .may_be_periodic = false,
+            .fill = nullptr,
+            .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
+                if (c.mesh == nullptr)
+                    throw UserError("a vessel from a file cannot be used here", {.where = "[container]", .allowed = "the other kinds"});
+                return std::make_shared<const MeshVessel>(*c.mesh);
+            }};
+}
+
 const std::vector<VesselKind>& all_kinds() {
-    static const std::vector<VesselKind> kinds = {
-        {.name = "cylinder",
-         .needed = {"diameter_m", "height_m"},
-         .optional = {},
-         .missing = "a cylinder needs diameter_m and height_m",
-         .form = "cylinder:D,H",
-         .frame = "a cylinder, an annulus or a cone has its axis at x = y = 0",
-         .text = "a cylinder {diameter_m} wide and {height_m} high",
-         .numbers = 2,
-         .may_be_periodic = false,
-         .fill =
-             [](ContainerConfig& config, const std::vector<double>& numbers) {
-                 config.diameter_m = numbers[0];
-                 config.height_m = numbers[1];
-             },
-         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
-             return std::make_shared<const Cylinder>(c.diameter_m, c.height_m);
-         }},
-        {.name = "annulus",
-         .needed = {"inner_diameter_m", "diameter_m", "height_m"},
-         .optional = {},
-         .missing = "an annulus needs inner_diameter_m, diameter_m and height_m",
-         .form = "annulus:DI,D,H",
-         .frame = {},
-         .text = "an annulus from {inner_diameter_m} to {diameter_m}, {height_m} high",
-         .numbers = 3,
-         .may_be_periodic = false,
-         .fill =
-             [](ContainerConfig& config, const std::vector<double>& numbers) {
-                 config.inner_diameter_m = numbers[0];
-                 config.diameter_m = numbers[1];
-                 config.height_m = numbers[2];
-             },
-         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
-             return std::make_shared<const Annulus>(c.inner_diameter_m, c.diameter_m, c.height_m);
-         }},
-        {.name = "cone",
-         .needed = {"diameter_m", "top_diameter_m", "height_m"},
-         .optional = {},
-         .missing = "a cone needs diameter_m (at the floor), top_diameter_m and height_m",
-         .form = "cone:D,DT,H",
-         .frame = {},
-         .text = "a cone, {diameter_m} wide at the floor and {top_diameter_m} at the top, {height_m} high",
-         .numbers = 3,
-         .may_be_periodic = false,
-         .fill =
-             [](ContainerConfig& config, const std::vector<double>& numbers) {
-                 config.diameter_m = numbers[0];
-                 config.top_diameter_m = numbers[1];
-                 config.height_m = numbers[2];
-             },
-         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
-             return std::make_shared<const Cone>(c.diameter_m, c.top_diameter_m, c.height_m);
-         }},
-        {.name = "box",
-         .needed = {"size_m"},
-         .optional = {"periodic"},
-         .missing = "a box needs size_m",
-         .form = "box:X,Y,Z",
-         .frame = "a box has its corner at the origin",
-         .text = "a box of {size_m}",
-         .numbers = 3,
-         .may_be_periodic = true,
-         .fill = [](ContainerConfig& config, const std::vector<double>& numbers) { config.size_m = numbers; },
-         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
-             return std::make_shared<const Box>(Vec3(c.size_m[0], c.size_m[1], c.size_m[2]),
-                                                std::array<bool, 3>{c.periodic[0], c.periodic[1], c.periodic[2]});
-         }},
-        {.name = "mesh",
-         .needed = {"file", "unit_m"},
-         .optional = {},
-         .missing = "a vessel of kind \"mesh\" needs file and unit_m",
-         .form = {},
-         .frame = "a mesh lies as in its file, moved along z",
-         .text = "the vessel of {file}",
-         .numbers = 0,
-         .may_be_periodic = false,
-         .fill = nullptr,
-         .make = [](const ContainerConfig& c) -> std::shared_ptr<const Vessel> {
-             if (c.mesh == nullptr)
-                 throw UserError("a vessel from a file cannot be used here", {.where = "[container]", .allowed = "the other kinds"});
-             return std::make_shared<const MeshVessel>(*c.mesh);
-         }}};
+    static const std::vector<VesselKind> kinds = {cylinder_kind(), annulus_kind(), cone_kind(), box_kind(), mesh_kind()};
     return kinds;
 }
 

@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "vessels/box.hpp"
 #include "vessels/cylinder.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

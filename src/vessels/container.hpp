@@ -1,6 +1,7 @@
 // The vessel that holds a packing, and whether the bed ends with it.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,12 +1,15 @@
 #include "vessels/cylinder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "core/json.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

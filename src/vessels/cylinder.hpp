@@ -1,6 +1,11 @@
 // An upright cylinder.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
 #include "geometry/vessel.hpp"
 
 namespace porepack::vessels {

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 

@@ -1,7 +1,11 @@
 // A vessel given by the closed surface of its inner space.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "geometry/triangle_wall.hpp"
 #include "geometry/vessel.hpp"

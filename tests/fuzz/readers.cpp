@@ -3,9 +3,18 @@
 #include <fmt/format.h>
 #include <tiffio.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "converters/surface.hpp"
 #include "core/json.hpp"

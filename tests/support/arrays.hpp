@@ -1,7 +1,10 @@
 // Flows that several tests solve: known ones, and random beds.
 #pragma once
 
+#include <memory>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "support/helpers.hpp"
 #include "support/known_flows.hpp"
@@ -30,8 +33,8 @@ struct Scene {
     Scene(Packing grains_of, const Section& part, double voxel, double reservoir = 0.0, Axis axis = Axis::z)
         : packing(std::move(grains_of)), section(part) {
         grains = std::make_unique<Grains>(packing);
-        image =
-            voxelise(*grains, packing.container, section, plan_voxels(packing.container, section, voxel, {.reservoir_m = reservoir}, 1.0).grid);
+        image = voxelise(*grains, packing.container, section,
+                         plan_voxels(packing.container, section, voxel, {.reservoir_m = reservoir}, 1.0).grid);
         drive = choose_drive(packing.container, axis);
         const FlowWalls walls{*grains, packing.container, section};
         domain = build_domain(image, drive, &walls);

@@ -4,6 +4,7 @@
 #include <tiffio.h>
 
 #include <array>
+#include <cstdint>
 #include <fstream>
 #include <string>
 #include <vector>

@@ -2,14 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "pore_space/pore_space.hpp"
 
 namespace porepack::test {
-using namespace core;
-using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;

@@ -2,7 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <random>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "lbm/permeability.hpp"
 #include "packing/grains.hpp"
@@ -29,7 +33,7 @@ struct KnownFlow {
     return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
 }
 
-/// Drag factor K of Zick & Homsy (1982), 2 a^2/(9 c k).
+/// Drag factor K of Zick & Homsy (1982): Eq. (T25).
 struct SphereDrag {
     double solid_fraction, simple_cubic, body_centred;  ///< 0 where there is no such array
 };

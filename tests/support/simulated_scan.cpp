@@ -1,14 +1,15 @@
 #include "support/simulated_scan.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
+#include <vector>
 
 #include "core/parallel.hpp"
 #include "geometry/gray_filters.hpp"
 
 namespace porepack::test {
-using namespace core;
-using namespace geometry;
 using namespace pore_space;
 using namespace packing;
 using namespace vessels;

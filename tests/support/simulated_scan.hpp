@@ -1,6 +1,8 @@
 // A scan of a solid that is known exactly, for tests and measurements: partial volumes, blur and white noise, nothing else.
 #pragma once
 
+#include <optional>
+
 #include "pore_space/gray_solid.hpp"
 
 namespace porepack::test {

@@ -1,8 +1,15 @@
 #include "support/slow_flows.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "lbm/sequence.hpp"
@@ -13,8 +20,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack::test {
-using namespace core;
-using namespace geometry;
 using namespace lbm;
 using namespace shapes;
 using namespace packing;

@@ -1,6 +1,10 @@
 // Random flows that are slow to become steady, for tests of the iteration error. Lengths in units of the box's width.
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "lbm/permeability.hpp"
 #include "pore_space/pore_space.hpp"
 

@@ -1,10 +1,13 @@
 // Stones for tests: spheres of triangles, with waves on them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "shapes/rounded_body.hpp"
 

@@ -1,10 +1,11 @@
 #include "support/turned_arrays.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace porepack::test {
-using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace vessels;

@@ -1,6 +1,11 @@
 // A device of this machine, with its traffic counted and with limits of its own.
 #pragma once
 
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
 #include "devices/device.hpp"
 
 namespace porepack::test {

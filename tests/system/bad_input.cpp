@@ -1,6 +1,11 @@
 // Bad input on the command line: message and exit code, and no partly written files.
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"

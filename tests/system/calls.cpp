@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <map>
+#include <string>
 #include <thread>
 
 #include "core/json.hpp"

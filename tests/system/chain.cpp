@@ -1,7 +1,12 @@
 // The program as a user calls it: the chain on the real engines, in reduced sizes; resuming; reruns.
+#include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <string>
 #include <thread>
 
 #include "core/json.hpp"

@@ -1,5 +1,7 @@
 // A lattice Boltzmann run that was killed resumes from its checkpoint.
+#include <filesystem>
 #include <fstream>
+#include <string>
 
 #include "packing/packing.hpp"
 #include "record/digest.hpp"

@@ -1,5 +1,8 @@
 // Lattice Boltzmann and OpenFOAM on the same packing.
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <utility>
 
 #include "core/json.hpp"
 #include "support/helpers.hpp"

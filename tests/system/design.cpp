@@ -1,6 +1,9 @@
 // The reverse question: proposals that are poured and solved, and what a goal must be like.
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "core/json.hpp"
 #include "core/table.hpp"

@@ -1,6 +1,9 @@
 // What the documents state is what the program gives: the keys of case.toml, and the numbers in the READMEs of the cases (expected.json
 // beside a case.toml lists them, with their place in result.json).
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "core/json.hpp"
 #include "support/helpers.hpp"

@@ -1,4 +1,11 @@
 // The falling head from the command line: simulate, analyse, and a whole case with its causes.
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+
 #include "core/json.hpp"
 #include "packing/packing.hpp"
 #include "support/helpers.hpp"

@@ -2,7 +2,16 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <array>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "converters/surface.hpp"
 #include "core/json.hpp"
@@ -118,6 +127,8 @@ TEST(HostileImage, GrayImagesAndTheirFlags) {
         EXPECT_TRUE(has(output.err, "not of an image") || has(output.err, "the input is an image")) << command;
     }
     expect_fault("voxelise " + file + " --image-pore 30 --image-threshold 100" + out, "`threshold` has no effect");
+    expect_fault("voxelise " + file + " --image-threshold middle" + out, "`threshold` is neither a number nor one of its words");
+    expect_fault("voxelise " + file + " --image-pore dark" + out, "`pore` is not a number or a list of numbers");
     expect_fault("voxelise " + file + " --image-threshold 100 --image-walls half_way --image-smoothing-voxels 1" + out,
                  "`smoothing_voxels` has no effect: the walls lie half-way between voxels");
     expect_fault("image segment " + file + " --container cylinder:0.05,0.036" + out, "the image is 0.03 m wide");

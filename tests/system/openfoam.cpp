@@ -1,7 +1,14 @@
 // OpenFOAM in practical use: by hand and by the driver, in parallel, interrupted, on bad surfaces, on a full disk. Skipped visibly where
 // it is not installed.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "core/json.hpp"
 #include "openfoam/foam.hpp"

@@ -1,7 +1,12 @@
 // Pours by the capsule engine: protocol, difficult cases, a killed run, and both engines on the same task.
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "core/context.hpp"
 #include "packing/grains.hpp"

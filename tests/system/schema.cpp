@@ -1,5 +1,6 @@
 // The schemas of docs/schema name all keys that results may have.
 #include <set>
+#include <string>
 
 #include "core/json.hpp"
 #include "results/descriptors.hpp"

@@ -1,6 +1,10 @@
 // Several packings of a case: their scatter, what one packing does not tell, and as many as the mean needs.
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/table.hpp"

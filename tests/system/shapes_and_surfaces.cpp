@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/table.hpp"

@@ -1,5 +1,10 @@
 // Studies: points, rows, failures, several runners, figures, Snakemake.
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/table.hpp"

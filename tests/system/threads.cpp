@@ -1,5 +1,8 @@
 // The same bits on any number of threads.
+#include <filesystem>
+#include <map>
 #include <set>
+#include <string>
 
 #include "core/json.hpp"
 #include "record/digest.hpp"

@@ -1,4 +1,8 @@
 // Axes and handedness in every file.
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
 #include "io/image.hpp"

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "analysis/flow.hpp"
 #include "pore_space/gray_measures.hpp"

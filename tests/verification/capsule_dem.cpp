@@ -3,10 +3,14 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/machine.hpp"
 #include "pouring/dem/thread_choice.hpp"
@@ -283,6 +287,26 @@ TEST(CapsuleDem, ASnapshotGoesOnWithTheSameBits) {
     }
     std::stringstream cut(file.str().substr(0, 900));
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] { first.load(cut, "a snapshot"); }), "cut short"));
+}
+
+TEST(CapsuleDem, ADamagedSnapshotIsReadOrRefused) {
+    CapsuleDem whole = heap(12, {.time_step_s = 2e-5}), damaged = heap(12, {.time_step_s = 2e-5});
+    whole.step(3000);
+    std::stringstream file;
+    whole.save(file);
+    const std::string bytes = file.str();
+    int refused = 0;
+    for (std::size_t i = 0; i + 4 < bytes.size(); i += 29) {
+        std::string changed = bytes;
+        for (std::size_t k = 0; k < 4; ++k) changed[i + k] = '\x7f';  // of an index: far beyond the last body, arm and kind
+        std::stringstream in(changed);
+        try {
+            damaged.load(in, "a snapshot");
+        } catch (const UserError&) {
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 12);  // each body has pairs, a kind and numbers of pairs
 }
 
 TEST(CapsuleDem, NoPairIsMissed) {

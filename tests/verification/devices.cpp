@@ -1,7 +1,14 @@
 // Flows computed by a device: the populations, sums and permeabilities of the fast kernel. On a machine without a graphics card the device
 // is the processor itself, through PoCL.
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/json.hpp"
 #include "core/log.hpp"

@@ -1,9 +1,12 @@
 // The tortuosity factor with walls at their exact positions, against exact answers.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include "analysis/tortuosity.hpp"
 #include "core/machine.hpp"

@@ -1,10 +1,12 @@
 // Grains with faces in the built-in engine, against what rigid bodies do: rest, sliding, rolling, stacks, conservation.
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <sstream>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"

@@ -2,7 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/sides.hpp"
 #include "falling_head/causes.hpp"

@@ -4,6 +4,9 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "falling_head/column.hpp"
 #include "falling_head/falling_head.hpp"

@@ -3,6 +3,10 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "falling_head/column.hpp"
 #include "falling_head/falling_head.hpp"

@@ -1,8 +1,11 @@
 // Grains that enclose a void which counts as solid: no measure of the pores may see it. The grains are tetrahedra with closed faces. Their
 // solid is known without any search for cavities: the capsules, and the tetrahedron of their axes, whose faces the capsules cover.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "scans/scanner.hpp"
 #include "shapes/shape.hpp"

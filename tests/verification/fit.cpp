@@ -1,9 +1,14 @@
 // Poses fitted to simulated scans of grains that are known exactly.
 #include "analysis/fit_image.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/members_json.hpp"
 #include "imaging/write_volume.hpp"
@@ -18,9 +23,6 @@
 namespace porepack {
 namespace {
 
-using namespace packing;
-using namespace vessels;
-using namespace shapes;
 using test::has;
 using test::message_of;
 

@@ -1,6 +1,11 @@
 // Stokes flow against exact answers: ducts at three resolutions with the observed order, sphere arrays, invariances.
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "core/machine.hpp"
 #include "io/image.hpp"

@@ -1,6 +1,10 @@
 // OpenFOAM on cases with exact answers. Reported as skipped where it is not installed.
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include "lbm/permeability.hpp"
 #include "openfoam/foam.hpp"

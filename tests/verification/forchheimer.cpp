@@ -1,8 +1,13 @@
 // Flows with inertia: known results, and the fit of the Forchheimer line.
+#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <random>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "analysis/inertia.hpp"
 #include "lbm/inertia.hpp"

@@ -1,7 +1,12 @@
 // Walls from gray values: simulated scans of known flows and beds.
+#include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "analysis/gray_parts.hpp"
 #include "analysis/tortuosity.hpp"
@@ -24,8 +29,8 @@ using core::UserError;
 double gray_permeability(const test::KnownFlow& flow, double voxels, double blur, double noise,
                          std::optional<core::Interval>* interval = nullptr) {
     const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, noise, 3});
-    const scans::GrayInput input =
-        scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+    const scans::GrayInput input = scans::read_gray(
+        scan_of(scan, 0.0, 1.0), {.threshold = imaging::ThresholdRule::volume, .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
     const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
     EXPECT_NEAR(space.porosity().value, flow.space().porosity().value, 0.002) << flow.name;
     lbm::LbmResult result = lbm_permeability(space, space.voxel_size_m(0.0), {.fields = lbm::FieldFiles::none});
@@ -77,7 +82,8 @@ TEST(GrayWalls, TheIntervalOfTheTortuosityFactorHoldsBlurAndContacts) {
             const auto flow = test::sphere_array(solid, 1.0, centres, {0.2, 0.6, 0.3});
             const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / 15.0, {blur, 0.02, 4});
             const scans::GrayInput input =
-                scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+                scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = imaging::ThresholdRule::volume, .gray_levels = {0.0, 1.0}},
+                                 flow.container, flow.name);
             const pore_space::PoreSpace space = pore_space_of(input.solid, flow.container, {0.0, flow.container.height()}, flow.name);
             const results::Diffusive found = compute_diffusive_tortuosity(space, {}, core::Axis::z);
             ASSERT_TRUE(found.interval);
@@ -95,7 +101,8 @@ TEST(GrayWalls, TheAveragedImageIsThatOfLargerVoxels) {
     const auto flow = test::sphere_array(0.343, 15.39949, test::simple_cubic(), {0.13, 0.29, 0.41});
     const auto input_of = [&](double voxels, double blur) {
         const geometry::GrayImage scan = test::simulated_scan(*flow.solid, flow.container, flow.diameter_m / voxels, {blur, 0.0, 3});
-        return scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, flow.container, flow.name);
+        return scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = imaging::ThresholdRule::volume, .gray_levels = {0.0, 1.0}},
+                                flow.container, flow.name);
     };
     const scans::GrayInput fine = input_of(16.0, 1.4), coarse = input_of(8.0, 0.7);
     const geometry::GrayImage means = averaged(*fine.solid->image(), 2);
@@ -132,7 +139,8 @@ TEST(GrayWalls, LevelsAreFoundAndTheTubeIsSubtracted) {
     for (const double noise : {0.0, 0.05}) {
         const geometry::GrayImage image =
             test::simulated_scan(solid, tube, 4e-4, {.blur_voxels = 0.8, .noise = noise, .seed = 7, .tube = true});
-        const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+        const scans::GrayInput input =
+            scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = imaging::ThresholdRule::volume}, tube, "scan");
         EXPECT_NEAR(input.notes.pore_level, 40.0, 0.3);
         EXPECT_NEAR(input.notes.solid_level, 180.0, 0.6);
         EXPECT_NEAR(input.notes.noise, noise, 0.2 * noise + 0.002);
@@ -173,7 +181,8 @@ TEST(GrayWalls, RingsHardlyChangeThePorosity) {
                 image.packed[cell] = geometry::GrayImage::pack(image.at(cell) + ring[radius]);
             }
         }
-    const scans::GrayInput input = scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = "volume"}, tube, "scan");
+    const scans::GrayInput input =
+        scans::read_gray(scan_of(image, 40.0, 180.0), {.threshold = imaging::ThresholdRule::volume}, tube, "scan");
     EXPECT_NEAR(packing::porosity(*input.solid, tube, {0.0, 0.04}).value, exact,
                 0.003);  // 0.002 as without rings, and half of that for them
     const Tube found = find_tube(scan_of(image, 40.0, 180.0), PoreSide::below, "scan");
@@ -193,15 +202,15 @@ TEST(GrayWalls, WhatCannotBeRightIsRefused) {
         }
         return "accepted";
     };
-    EXPECT_TRUE(test::has(message({.threshold = "volume"}), "all values of the image are 10"));
+    EXPECT_TRUE(test::has(message({.threshold = imaging::ThresholdRule::volume}), "all values of the image are 10"));
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0.3, 0.05);  // one phase
     for (std::size_t i = 0; i < image.packed.size(); ++i) image.packed[i] = geometry::GrayImage::pack(noise(random));
-    EXPECT_TRUE(test::has(message({.threshold = "volume"}), "not two peaks"));
+    EXPECT_TRUE(test::has(message({.threshold = imaging::ThresholdRule::volume}), "not two peaks"));
     for (std::size_t i = 0; i < 4000; ++i) image.packed[i] = geometry::GrayImage::pack(1.0);
-    EXPECT_TRUE(test::has(message({.threshold = "middle"}), "neither a number nor one of its words"));
+    EXPECT_TRUE(test::has(message({}), "gray walls need a threshold"));
     EXPECT_TRUE(test::has(message({.threshold = 500.0}), "not between the gray levels"));
-    EXPECT_TRUE(test::has(message({.threshold = "volume", .gray_levels = {90.0, 10.0}}), "do not fit pore_side"));
+    EXPECT_TRUE(test::has(message({.threshold = imaging::ThresholdRule::volume, .gray_levels = {90.0, 10.0}}), "do not fit pore_side"));
     EXPECT_EQ(message({.threshold = 50.0}), "accepted");
     // Notes of an image that PorePack wrote: edited ones contradict each other.
     const auto read_own = [&](const core::Json& changed) -> std::string {

@@ -1,8 +1,14 @@
 // Flows that are slow to become steady are not taken for flows that grow, and flows that grow are stopped.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "lbm/sequence.hpp"
 #include "openfoam/foam.hpp"

@@ -2,8 +2,15 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <random>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "core/json.hpp"
 #include "imaging/write_volume.hpp"
@@ -193,17 +200,17 @@ TEST(Images, CropBinAndPhases) {
     ImageConfig gray = raw(ValueType::uint8);
     EXPECT_TRUE(
         test::has(test::message_of<UserError>([&] { (void)segmented(open_volume(file, gray), gray, "l"); }), "no threshold is given"));
-    gray.threshold = 100;
+    gray.threshold = 100.0;
     const SegmentedImage found = segmented(open_volume(file, gray), gray, "l");
     EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), geometry::Phase::grain), 7);
     EXPECT_EQ(found.pore_level, "values below 100");
     gray.pore_side = PoreSide::above;
     const SegmentedImage swapped = segmented(open_volume(file, gray), gray, "l");
     EXPECT_EQ(std::count(swapped.image.phase.begin(), swapped.image.phase.end(), geometry::Phase::pore), 7);
-    gray.threshold = 500;
+    gray.threshold = 500.0;
     EXPECT_TRUE(test::has(test::message_of<UserError>([&] { (void)segmented(open_volume(file, gray), gray, "l"); }),
                           "nothing of the image is pore"));
-    gray.threshold = core::Json();
+    gray.threshold.reset();
     gray.pore = {10, 11, 12};
     EXPECT_EQ(segmented(open_volume(file, gray), gray, "l").pore_level, "value 10, 11, 12");
     // A segmented image is its own grid.
@@ -289,7 +296,7 @@ TEST(Images, NothingIsTakenInSilence) {
     for (std::size_t i = 0; i < 30; ++i) tenths[i] = 2.0;
     write_values(file, tenths);
     ImageConfig rounded = raw(ValueType::float64);
-    rounded.pore = 0.1;
+    rounded.pore = {0.1};
     const SegmentedImage found = segmented(open_volume(file, rounded), rounded, "l");
     EXPECT_EQ(std::count(found.image.phase.begin(), found.image.phase.end(), geometry::Phase::pore), 90);
     rounded.pore = {0.1, 3};

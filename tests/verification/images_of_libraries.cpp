@@ -14,7 +14,14 @@
 #include <vtkUnsignedShortArray.h>
 #include <vtkXMLImageDataWriter.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "io/image.hpp"
 #include "support/helpers.hpp"

@@ -1,5 +1,8 @@
 // The estimated iteration error against the true one, and what keeps the iteration fast and sound.
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "lbm/sequence.hpp"
 #include "packing/packing.hpp"

@@ -1,9 +1,16 @@
 // Interpolated walls and the fast kernel: distances, the two kernels against each other, accuracy on arrays and ducts.
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include "converters/surface.hpp"
-#include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/kernels/cpu/kernel.hpp"
+#include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/lattice.hpp"
 #include "lbm/sequence.hpp"
 #include "support/arrays.hpp"

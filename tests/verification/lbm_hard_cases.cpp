@@ -1,6 +1,9 @@
 // The hard cases of the table in docs/lattice-boltzmann.md, in reduced size.
 #include <cmath>
+#include <numbers>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "lbm/iteration_error.hpp"
 #include "lbm/permeability.hpp"

@@ -1,5 +1,10 @@
 // Sequences of grids: tolerance and interval, initial fields from coarser grids, the tensor, ends, parts of a section.
+#include <array>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/flow.hpp"
 #include "core/machine.hpp"

@@ -1,6 +1,11 @@
 // Vessels that are given by the surface of their inner space, against the same vessels known exactly.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "lbm/permeability.hpp"
 #include "packing/grains.hpp"

@@ -1,6 +1,10 @@
 // Sums over the nodes of a flow: the same bits on any number of threads.
 #include <omp.h>
 
+#include <array>
+#include <optional>
+#include <vector>
+
 #include "lbm/layers.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"

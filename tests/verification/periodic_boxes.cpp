@@ -1,6 +1,10 @@
 // Periodic boxes of which no voxel size near the asked one divides all sides: each side is rounded to whole voxels, and the box is
 // stretched.
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "lbm/inertia.hpp"
 #include "lbm/permeability.hpp"

@@ -1,5 +1,13 @@
 // The pore space described, against exact answers.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <numbers>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "core/json.hpp"
 #include "pore_space/pore_space.hpp"

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/context.hpp"
 #include "core/error.hpp"

@@ -1,9 +1,11 @@
 // Grains of a poured bed, moved at random by as much as a fit's errors, and brought to rest again.
 #include "pouring/dem/relax.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include "analysis/relax.hpp"
 #include "packing/grains.hpp"
@@ -16,11 +18,6 @@
 namespace porepack {
 namespace {
 
-using namespace packing;
-using namespace vessels;
-using namespace pouring;
-using namespace pouring::dem;
-using namespace shapes;
 using test::has;
 using test::message_of;
 

@@ -1,6 +1,11 @@
 // k of a section inside the flow through its bed.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
 #include "core/data_file.hpp"
 #include "core/error.hpp"
 #include "lbm/layers.hpp"
@@ -9,8 +14,6 @@
 #include "support/known_flows.hpp"
 
 using namespace porepack;
-using namespace porepack::core;
-using namespace porepack::geometry;
 using namespace porepack::shapes;
 using namespace porepack::packing;
 using namespace porepack::vessels;

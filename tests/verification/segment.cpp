@@ -1,4 +1,12 @@
 // Segmentation of simulated scans whose grains are known.
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+
 #include "analysis/segment.hpp"
 #include "converters/surface.hpp"
 #include "core/members_json.hpp"

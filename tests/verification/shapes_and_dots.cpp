@@ -1,7 +1,9 @@
 // The shapes of the paper against independent values, and the dot method against its analytic limit.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"

@@ -1,7 +1,12 @@
 // Shapes against closed forms, independent values, invariances and properties that are valid for every union.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "shapes/shape.hpp"
 #include "support/helpers.hpp"

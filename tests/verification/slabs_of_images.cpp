@@ -1,4 +1,10 @@
 // Each part of a flow keeps the layers of an image that it needs: the same permeability, to the last bit.
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
 #include "analysis/gray_parts.hpp"
 #include "core/communicator.hpp"
 #include "lbm/grid_sizes.hpp"
@@ -20,8 +26,8 @@ constexpr double voxel = 0.05;
 PoreSpace scan_of_bed(const std::string& container, const Section& section) {
     const Packing bed = random_bed(container, 30, 0.1);
     const GrayImage scan = simulated_scan(Grains(bed), bed.container, voxel, {.blur_voxels = 0.6, .noise = 0.02, .seed = 3});
-    const scans::GrayInput input =
-        scans::read_gray(scan_of(scan, 0.0, 1.0), {.threshold = "volume", .gray_levels = {0.0, 1.0}}, bed.container, "scan");
+    const scans::GrayInput input = scans::read_gray(
+        scan_of(scan, 0.0, 1.0), {.threshold = imaging::ThresholdRule::volume, .gray_levels = {0.0, 1.0}}, bed.container, "scan");
     return pore_space_of(input.solid, bed.container, section, "scan");
 }
 

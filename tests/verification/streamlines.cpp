@@ -1,7 +1,10 @@
 // Streamlines of flows whose paths are known.
 #include "analysis/streamlines.hpp"
 
+#include <array>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "support/helpers.hpp"
 

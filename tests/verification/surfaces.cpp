@@ -1,6 +1,10 @@
 // CGAL's surfaces against the exact capsules: order of convergence, contacts, regions, and a user's surfaces.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "converters/surface.hpp"
 #include "core/data_file.hpp"

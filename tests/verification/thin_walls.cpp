@@ -1,5 +1,12 @@
 // Solid between two nodes: plates thinner than a voxel, grazing grains, and edges that solid voxels share.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "converters/surface.hpp"
 #include "lbm/permeability.hpp"
@@ -17,7 +24,7 @@ namespace {
 using namespace test;
 
 // Adds the box with these half lengths along the axes of `frame`, its facets outwards.
-void add_plate(io::TriangleSurface& surface, const Vec3& centre, const Eigen::Matrix3d& frame, const Vec3& half) {
+void add_plate(geometry::TriangleSurface& surface, const Vec3& centre, const Eigen::Matrix3d& frame, const Vec3& half) {
     const int first = static_cast<int>(surface.points.size());
     for (int corner = 0; corner < 8; ++corner) {
         const Vec3 sides((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
@@ -52,7 +59,7 @@ struct Plates {
         frame.col(1) = Vec3::UnitY();
         frame.col(2) = frame.col(0).cross(frame.col(1));
         // One plate through the box and beyond it; its images overlap and make the others. Large parts outside would be repeated twice.
-        io::TriangleSurface surface;
+        geometry::TriangleSurface surface;
         const int planes = std::abs(p) + std::abs(q);
         for (int m = -planes; m <= planes; ++m) {
             const Vec3 on_plane = frame.col(2) * frame.col(2).dot(Vec3(p, 0, q)) * (m + offset) / (norm * norm);
@@ -105,7 +112,7 @@ TEST(ThinWalls, AClosingPlateDoesNotPercolate) {
     // The plate in the periodic face, and beyond the end planes of a box with walls: between the last centres and the mirror.
     const Plates in_face{.p = 0, .q = 1, .thickness = 0.005, .offset = 0.0};
     EXPECT_THROW((void)lbm_permeability(in_face.space(), 1.0 / 20, {.grids = 1}), DoesNotPercolate);
-    io::TriangleSurface lid;
+    geometry::TriangleSurface lid;
     add_plate(lid, {0.5, 0.5, 0.99}, Eigen::Matrix3d::Identity(), {0.6, 0.6, 0.003});
     const Container walls = parse_container("box:1,1,2");
     const PoreSpace under_lid = pore_space_of(std::make_shared<const SurfaceSolid>(lid, walls), walls, {0.0, 1.0}, 1.0);

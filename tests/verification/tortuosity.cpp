@@ -1,8 +1,11 @@
 // Shortest paths and diffusion through pores against exact answers.
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "core/machine.hpp"
 #include "packing/grains.hpp"

@@ -1,7 +1,14 @@
 // Vessels that are no prisms, or whose cross-section has two pieces: porosity, flow and diffusion in them.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <tuple>
+#include <vector>
 
 #include "core/json.hpp"
 #include "lbm/permeability.hpp"

@@ -6,7 +6,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "analysis/uses.hpp"
 #include "core/error.hpp"

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "apps/porepack/uses.hpp"
 #include "core/build.hpp"

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "apps/porepack/command_line.hpp"
 #include "apps/porepack/uses.hpp"

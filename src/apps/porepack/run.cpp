@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "apps/porepack/uses.hpp"
 #include "core/escape.hpp"

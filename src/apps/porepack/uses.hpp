@@ -2,7 +2,6 @@
 #pragma once
 
 namespace porepack {
-namespace core {}
 namespace record {}
 namespace io {}
 namespace imaging {}
@@ -24,7 +23,6 @@ namespace stages {}
 namespace study {}
 namespace design {}
 namespace apps {
-using namespace core;
 using namespace record;
 using namespace io;
 using namespace imaging;

@@ -1,8 +1,10 @@
 // Flags of a command line, read into tables by the lists of their keys (record/config.hpp).
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "record/config.hpp"

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <new>
+#include <string>
+#include <vector>
 
 #include "apps/porepack_lbm/flag_reader.hpp"
 #include "core/files.hpp"
@@ -17,8 +20,6 @@
 
 namespace porepack::apps {
 namespace {
-
-using namespace core;
 
 // Keys of [lbm] that porepack lbm has, and this program does not.
 const std::vector<std::string> without = {"fields", "superficial_velocity_m_per_s", "tensor", "subsections"};

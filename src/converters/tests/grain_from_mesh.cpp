@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "converters/grain_mesh.hpp"
 #include "converters/surface.hpp"
@@ -19,7 +21,6 @@ namespace porepack::converters {
 namespace {
 
 using core::UserError;
-using io::TriangleSurface;
 using shapes::Vec3;
 using test::has;
 using test::message_of;

@@ -1,7 +1,13 @@
 // Surfaces of grains and of users, and slices.
 #include <fmt/format.h>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include "converters/slices.hpp"
 #include "converters/surface.hpp"
@@ -11,8 +17,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack {
-using namespace core;
-using namespace geometry;
 using namespace io;
 using namespace shapes;
 using namespace packing;

@@ -1,5 +1,6 @@
 // STL, PLY and OBJ files of users.
 #include <cstring>
+#include <string>
 
 #include "converters/surface.hpp"
 #include "converters/surface_file.hpp"
@@ -7,7 +8,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace converters;
 namespace {
 
@@ -35,7 +35,7 @@ TEST(SurfaceFiles, PlyAndObjHoldTheSameBox) {
     const test::Folder folder;
     EXPECT_TRUE(is_surface_file("a.PLY") && is_surface_file("a.obj") && is_surface_file("a.stl") && !is_surface_file("a.json"));
     for (const Path& file : {folder.write("a.ply", ply), folder.write("a.OBJ", obj())}) {
-        const io::TriangleSurface box = read_surface(file, 0.01);
+        const geometry::TriangleSurface box = read_surface(file, 0.01);
         EXPECT_EQ(box.points.size(), 8U);
         EXPECT_EQ(box.triangles.size(), 12U);
         const SurfaceCheck check = check_surface(box);

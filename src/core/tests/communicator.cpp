@@ -8,7 +8,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 namespace {
 
 using test::message_of;

@@ -1,5 +1,12 @@
 // Memory, text for other programs, names and files, tables.
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/escape.hpp"
@@ -10,7 +17,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 namespace {
 
 using test::has;

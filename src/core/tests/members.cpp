@@ -1,10 +1,14 @@
 // Structs to JSON and back.
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "core/error.hpp"
 #include "core/members_json.hpp"
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 namespace {
 
 struct Part {

@@ -6,7 +6,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 namespace {
 
 constexpr double rounding = 1e-12;  // relative; a few operations in double precision

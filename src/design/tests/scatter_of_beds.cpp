@@ -3,6 +3,8 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "design/scatter.hpp"
 #include "support/basics.hpp"

@@ -2,9 +2,11 @@
 #include "design/surrogate.hpp"
 #include "core/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "design/candidates.hpp"
 #include "support/basics.hpp"

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -6,7 +7,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace falling_head;
 namespace {
 

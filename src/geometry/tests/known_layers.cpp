@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
-namespace porepack::geometry {
+#include <vector>
+
+namespace porepack::inline geometry {
 namespace {
 
 const Grid column = {.cells = {1, 1, 10}, .origin_m = {0.0, 0.0, 2.0}, .spacing_m = {0.5, 0.5, 0.5}};
@@ -42,4 +44,4 @@ TEST(KnownLayers, KeepTheirValues) {
 }
 
 }  // namespace
-}  // namespace porepack::geometry
+}  // namespace porepack::inline geometry

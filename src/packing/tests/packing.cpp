@@ -1,7 +1,11 @@
 // packing.json, containers, porosity, sections, structure.
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "core/error.hpp"
 #include "packing/film.hpp"
@@ -15,7 +19,6 @@
 #include "vessels/cylinder.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace shapes;
 using namespace packing;
 using namespace vessels;

@@ -1,5 +1,6 @@
 // Numbers of beds and fluids by hand.
 #include <cmath>
+#include <initializer_list>
 
 #include "core/error.hpp"
 #include "permeability/descriptors.hpp"

@@ -1,7 +1,10 @@
 // What runs, what is done already, and what a failure leaves.
 #include <atomic>
 #include <cmath>
+#include <filesystem>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "core/context.hpp"
 #include "core/error.hpp"
@@ -14,7 +17,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace record;
 using namespace pipeline;
 namespace {

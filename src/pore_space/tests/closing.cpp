@@ -1,6 +1,9 @@
 // Menisci between grains, against their exact volume.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "pore_space/closing.hpp"
@@ -8,8 +11,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack {
-using namespace core;
-using namespace geometry;
 using namespace packing;
 using namespace vessels;
 using namespace pore_space;

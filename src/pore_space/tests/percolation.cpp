@@ -1,9 +1,12 @@
 // Pores that are blocked, isolated, or wind.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <random>
 #include <span>
+#include <vector>
 
 #include "core/communicator.hpp"
 #include "core/error.hpp"
@@ -13,8 +16,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
-using namespace geometry;
 using namespace pore_space;
 namespace {
 

@@ -1,7 +1,9 @@
 // Voxels of grains, and sets of cells.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
+#include <vector>
 
 #include "core/error.hpp"
 #include "pore_space/cell_set.hpp"
@@ -11,8 +13,6 @@
 #include "vessels/config.hpp"
 
 namespace porepack {
-using namespace core;
-using namespace geometry;
 using namespace packing;
 using namespace vessels;
 using namespace pore_space;

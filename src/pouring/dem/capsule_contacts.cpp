@@ -1,14 +1,17 @@
 // Contact detection and contact forces.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "pouring/dem/capsule_state.hpp"
 #include "pouring/uses.hpp"
 
 namespace porepack::pouring::dem {
 
-// The contact law: the force on the second of two bodies, Eq. 9 along the normal and Eq. 11 across it (docs/theory.md: corrections). The
-// tangential displacement is kept in the tangent plane.
+// The contact law: the force on the second of two bodies, Eq. (T3) along the normal, and the paper's Eq. 11 across it (docs/theory.md:
+// corrections). The tangential displacement is kept in the tangent plane.
 Vec3 CapsuleDem::State::contact_force(const Approach& at, Vec3& displacement, bool first) const {
     const double approach = at.velocity.dot(at.normal);
     const double elastic = elastic_force(at.overlap, at.share);

@@ -3,6 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
 #include "pouring/uses.hpp"

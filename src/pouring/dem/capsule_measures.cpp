@@ -1,6 +1,8 @@
 // Energy, and the quantities that define rest.
 #include <algorithm>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "pouring/dem/capsule_state.hpp"
 #include "pouring/uses.hpp"

@@ -1,6 +1,8 @@
 // Time integration of the grains, and their sleep.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 #include "core/log.hpp"
 #include "pouring/dem/capsule_state.hpp"

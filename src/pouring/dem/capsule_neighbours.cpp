@@ -3,7 +3,9 @@
 // half the skin, and only then that body searches again. The order of a list determines the order of the force sums:
 // it depends on the bodies' numbers and their history, not on the threads.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <set>
 
 #include "pouring/dem/capsule_state.hpp"

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"

@@ -1,6 +1,8 @@
 // Packing by the built-in DEM of exact shapes.
 #pragma once
 
+#include <vector>
+
 #include "core/files.hpp"
 #include "pouring/dem/capsule_dem.hpp"
 #include "pouring/pour.hpp"

@@ -1,6 +1,10 @@
 // Snapshots: write and read the whole state.
+#include <cstdint>
 #include <istream>
+#include <optional>
 #include <ostream>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "pouring/dem/capsule_state.hpp"
@@ -19,6 +23,15 @@ void put(std::ostream& out, const Value& value) {
 template <typename Value>
 void get(std::istream& in, Value& value) {
     in.read(reinterpret_cast<char*>(&value), sizeof value);
+}
+
+template <typename Value, typename Accept>
+void get_list(std::istream& in, std::vector<Value>& list, std::size_t most, const Accept& accept) {
+    std::size_t size = 0;
+    get(in, size);
+    accept(size <= most);
+    list.resize(size);
+    for (Value& value : list) get(in, value);
 }
 
 }  // namespace
@@ -54,9 +67,44 @@ void CapsuleDem::State::save(std::ostream& out) const {
 }
 
 void CapsuleDem::State::load(std::istream& in, const std::string& where) {
-    const auto refuse = [&] {
-        throw UserError("this snapshot is cut short or of another run", {.where = where, .fix = "remove it to start from the beginning"});
+    const auto accept = [&](bool valid) {
+        if (!in || !valid)
+            throw UserError("this snapshot is cut short or of another run",
+                            {.where = where, .fix = "remove it to start from the beginning"});
     };
+    load_run(in, accept);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) load_body(in, i, accept);
+    std::size_t arms = 0, walls = 0;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const Kind& kind = kinds_[bodies_[i].kind];
+        arms += kind.arms.size();
+        walls += wall_histories(kind);
+        for (const VerletPair& pair : verlet_lists_[i])
+            accept(pair.arm < kind.arms.size() && pair.other_arm < kinds_[bodies_[pair.other].kind].arms.size());
+        for (const PiecePair& pair : faced_ ? piece_pairs_[i] : std::vector<PiecePair>())
+            accept(pair.piece < kinds_[bodies_[pair.own != 0 ? i : pair.other].kind].pieces.size());
+    }
+    walls_.assign(walls, {});
+    for (WallContact& contact : walls_) get(in, contact);
+    cell_of_body_.assign(bodies_.size(), -1);
+    for (std::size_t c = 0; c < cells_.size(); ++c) {
+        get_list(in, cells_[c], bodies_.size(), accept);
+        for (const std::uint32_t body : cells_[c]) {
+            accept(body < bodies_.size());
+            cell_of_body_[body] = static_cast<long>(c);
+        }
+    }
+    std::uint64_t mark = 0;
+    get(in, mark);
+    accept(mark == state_mark);
+    neighbours_.assign(bodies_.size(), {});
+    for (std::size_t i = 0; i < bodies_.size(); ++i) list_neighbours(i);
+    arms_.assign(arms, {});
+    for (std::size_t i = 0; i < bodies_.size(); ++i) place_arms(i);
+}
+
+// What is one of the whole run: time, container, lid, and the number of bodies.
+void CapsuleDem::State::load_run(std::istream& in, const Accept& accept) {
     std::uint64_t mark = 0;
     std::size_t layout = 0, kinds = 0, count = 0;
     double step = 0.0;
@@ -65,9 +113,8 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, step);
     get(in, kinds);
     get(in, count);
-    if (!in || mark != state_mark || layout != sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) + sizeof(RimContact) ||
-        step != options_.time_step_s || kinds != kinds_.size() || count > 100000000)
-        refuse();
+    accept(mark == state_mark && layout == sizeof(BodyState) + sizeof(VerletPair) + sizeof(PiecePair) + sizeof(RimContact) &&
+           step == options_.time_step_s && kinds == kinds_.size() && count <= 100000000);
     get(in, time_);
     get(in, steps_);
     get(in, primed_);
@@ -77,7 +124,7 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     get(in, size);
     get(in, has_lid);
     get(in, lid);
-    if (!in || !size.allFinite() || !(size.minCoeff() > 0.0)) refuse();
+    accept(size.allFinite() && size.minCoeff() > 0.0);
     if (size != container_.size()) {
         container_ = container_.resized(size);
         make_cells();
@@ -91,55 +138,18 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
         rim_contacts_.assign(count, {});
         near_mesh_.assign(count, {});
     }
-    cell_of_body_.assign(count, -1);
-    std::size_t arms = 0, walls = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        get(in, bodies_[i]);
-        std::size_t pairs = 0;
-        get(in, pairs);
-        if (!in || bodies_[i].kind >= kinds_.size() || pairs > 1000000) refuse();
-        verlet_lists_[i].resize(pairs);
-        for (VerletPair& pair : verlet_lists_[i]) get(in, pair);
-        if (faced_) {
-            get(in, pairs);
-            if (!in || pairs > 1000000) refuse();
-            piece_pairs_[i].resize(pairs);
-            for (PiecePair& pair : piece_pairs_[i]) {
-                get(in, pair);
-                if (!in || pair.other >= count) refuse();
-            }
-            get(in, pairs);
-            if (!in || pairs > 1000000) refuse();
-            rim_contacts_[i].resize(pairs);
-            for (RimContact& rim : rim_contacts_[i]) get(in, rim);
-        }
-        arms += kinds_[bodies_[i].kind].arms.size();
-        walls += wall_histories(kinds_[bodies_[i].kind]);
-    }
-    walls_.assign(walls, {});
-    for (WallContact& contact : walls_) get(in, contact);
-    for (std::size_t c = 0; c < cells_.size(); ++c) {
-        std::size_t members = 0;
-        get(in, members);
-        if (!in || members > count) refuse();
-        cells_[c].resize(members);
-        for (std::uint32_t& body : cells_[c]) {
-            get(in, body);
-            if (body >= count) refuse();
-            cell_of_body_[body] = static_cast<long>(c);
-        }
-    }
-    mark = 0;
-    get(in, mark);
-    if (!in || mark != state_mark) refuse();
-    neighbours_.assign(count, {});
-    for (std::size_t i = 0; i < count; ++i) list_neighbours(i);
-    arms_.assign(arms, {});
-    for (std::size_t i = 0; i < count; ++i) {
-        for (const PiecePair& pair : faced_ ? piece_pairs_[i] : std::vector<PiecePair>())
-            if (pair.piece >= kinds_[bodies_[pair.own != 0 ? i : pair.other].kind].pieces.size()) refuse();
-        place_arms(i);
-    }
+}
+
+void CapsuleDem::State::load_body(std::istream& in, std::size_t i, const Accept& accept) {
+    constexpr std::size_t most = 1000000;  // pairs of one body
+    get(in, bodies_[i]);
+    accept(bodies_[i].kind < kinds_.size());
+    get_list(in, verlet_lists_[i], most, accept);
+    for (const VerletPair& pair : verlet_lists_[i]) accept(pair.other < bodies_.size());
+    if (!faced_) return;
+    get_list(in, piece_pairs_[i], most, accept);
+    for (const PiecePair& pair : piece_pairs_[i]) accept(pair.other < bodies_.size());
+    get_list(in, rim_contacts_[i], most, accept);
 }
 
 }  // namespace porepack::pouring::dem

@@ -8,6 +8,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "geometry/vessel.hpp"
@@ -207,6 +209,9 @@ private:
     void look_at(std::size_t body, std::vector<Pair>& list, std::size_t& looked_at, const Touches& touches, const Apart& apart);
     [[nodiscard]] bool contact_of(std::size_t body, std::size_t pair, Contact& contact, double& gap) const;
     static void share_stiffness(const std::vector<VerletPair>& pairs, std::vector<Contact>& contacts, double reach);
+    using Accept = std::function<void(bool valid)>;  ///< throws UserError where it is not, or at the end of the file
+    void load_run(std::istream& in, const Accept& accept);
+    void load_body(std::istream& in, std::size_t body, const Accept& accept);
     void grain_forces(std::size_t body, std::vector<Load>& loads, std::size_t& looked_at, std::vector<Contact>& contacts);
     [[nodiscard]] bool is_new(std::int64_t last_contact, const BodyState& body, const BodyState& other) const;
     void watch_sleeper(std::size_t body, std::uint32_t other, shapes::Vec3& base_force, const shapes::Vec3& force);

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
@@ -100,7 +103,8 @@ std::vector<bool> standing_below(const Packing& packing) {
 }  // namespace
 
 Relaxed relax(const Packing& packing, const PackingConfig& config) {
-    if (packing.bodies.empty()) throw UserError("there are no grains to relax");
+    if (packing.bodies.empty())
+        throw UserError("there are no grains to relax", {.fix = "porepack pack --from FILE, with a packing.json that has bodies"});
     require_small_overlaps(packing);
     const Stopwatch watch;
     const Scale scale = scale_of(packing, config);

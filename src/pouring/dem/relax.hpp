@@ -1,6 +1,8 @@
 // Given grains, moved as little as possible until they no longer overlap and rest on each other.
 #pragma once
 
+#include <vector>
+
 #include "packing/packing.hpp"
 #include "pouring/config.hpp"
 

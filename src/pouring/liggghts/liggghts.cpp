@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/log.hpp"
@@ -117,15 +122,10 @@ void run_liggghts(const Run& run, PourLog& said, const Path& log) {
     if (end.exit_code != 0 && !says_why) fail_with_log(fmt::format("LIGGGHTS failed with exit code {}", end.exit_code), log);
 }
 
-void remove_snapshots(const Path& folder) {
+// "snapshot." or "after.", the beds after a step; scripts stay.
+void remove_states(const Path& folder, const char* prefix) {
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().filename().string().starts_with("snapshot.") && entry.path().extension() != ".in")
-            std::filesystem::remove(entry.path());
-}
-
-void remove_beds(const Path& folder) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().filename().string().starts_with("after.") && entry.path().extension() != ".in")
+        if (entry.path().filename().string().starts_with(prefix) && entry.path().extension() != ".in")
             std::filesystem::remove(entry.path());
 }
 
@@ -134,8 +134,8 @@ void remove_beds(const Path& folder) {
 Snapshot find_snapshot(const Path& folder, const std::string& scene) {
     const Path key = folder / "scene.sha256";
     if (!std::filesystem::exists(key) || read_text(key) != scene + "\n") {
-        remove_snapshots(folder);
-        remove_beds(folder);
+        remove_states(folder, "snapshot.");
+        remove_states(folder, "after.");
     }
     write_text(key, scene + "\n");
     Snapshot last;
@@ -187,6 +187,44 @@ double check_poses(const Run& run, const Packing& packing) {
     return error_m;
 }
 
+void copy_scripts(const Path& templates, const Path& folder) {
+    for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_box.in", "walls_cylinder.in",
+                             "walls_annulus.in", "walls_mesh.in", "rest.in", "require_rest.in", "after.in", "shake.in", "fall.in",
+                             "step_settle.in", "step_tap.in", "step_vibrate.in", "step_press.in", "step_lower.in"})
+        std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
+}
+
+// The grains as LIGGGHTS left them. Throws where some are missing, or the bed is not at rest.
+void take_end(Run& run, const PourLog& said, const Path& log, PourResult& result) {
+    require_carried_out(run, said, log);
+    if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
+    if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
+        fail_with_log(fmt::format("LIGGGHTS reports {} poured batches of {}", said.poured, run.batches.size()), log);
+    // The pour ends early when the bed reaches the fill height: later batches were never created.
+    run.batches.resize(static_cast<std::size_t>(said.poured));
+    result.grains = run.grains_after(said.poured);
+    if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", said.end_spheres, spheres), log, keep_them);
+    const auto bodies = read_dump(run.folder / "final.bodies", 11);
+    if (static_cast<long>(bodies.size()) != result.grains)
+        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", result.grains, bodies.size()), log, keep_them);
+    result.packing = packing_of(run, bodies);
+    result.batches = said.poured;
+    result.steps = said.end_step;
+    result.kinetic_energy_per_grain_J = said.end_energy_J / static_cast<double>(result.grains);
+    result.rest_limit_J = said.end_limit_J / static_cast<double>(result.grains);
+    if (!(said.end_energy_J <= said.end_limit_J))
+        throw NumericalError(not_at_rest(run, said), {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
+    measure_rest(run, bodies, result);
+    if (*result.mean_force_over_weight > rest_force_limit)
+        throw NumericalError(
+            fmt::format("the grains do not move, but are not in equilibrium: the mean net force on a grain is {:.2g} weights",
+                        *result.mean_force_over_weight),
+            {.where = log.string(),
+             .allowed = fmt::format("{:g}", rest_force_limit),
+             .fix = "lower rest_energy_fraction, or shorten time_step_s"});
+}
+
 }  // namespace
 
 PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config,
@@ -208,16 +246,13 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     require_program("liggghts", "liggghts");
     if (config.processes > 1) require_program("mpirun", "openmpi-bin");
     make_folder(folder);
-    for (const char* name : {"pour.in", "begin_new.in", "begin_again.in", "snapshot.in", "walls_box.in", "walls_cylinder.in",
-                             "walls_annulus.in", "walls_mesh.in", "rest.in", "require_rest.in", "after.in", "shake.in", "fall.in",
-                             "step_settle.in", "step_tap.in", "step_vibrate.in", "step_press.in", "step_lower.in"})
-        std::filesystem::copy_file(templates / name, folder / name, std::filesystem::copy_options::overwrite_existing);
+    copy_scripts(templates, folder);
     PourResult result;
     const Pour pour = given ? *given : make_batches(shapes, container, config, run.plan.drop_height_m, run.plan.max_grains);
     result.thinned_batches = pour.thinned;
     write_batches(run, pour);
     // Given poses are not part of the key.
-    if (given) remove_snapshots(folder);
+    if (given) remove_states(folder, "snapshot.");
     const Snapshot snapshot = find_snapshot(folder, scene_key(shapes, container, config, protocol));
     write_parameters(run, snapshot);
     write_grains(run);
@@ -237,36 +272,10 @@ PourResult pour_with_liggghts(const std::vector<ShapeShare>& shapes, const Conta
     run_liggghts(run, said, log);
     result.wall_time_s = watch.seconds();
 
-    require_carried_out(run, said, log);
-    if (!said.done) fail_with_log("LIGGGHTS ended with exit code 0, but before the end of its script", log);
-    if (said.poured < 1 || said.poured > static_cast<long>(run.batches.size()))
-        fail_with_log(fmt::format("LIGGGHTS reports {} poured batches of {}", said.poured, run.batches.size()), log);
-    // The pour ends early when the bed reaches the fill height: later batches were never created.
-    run.batches.resize(static_cast<std::size_t>(said.poured));
-    result.grains = run.grains_after(said.poured);
-    if (const long spheres = run.spheres_after(said.poured); said.end_spheres != spheres)
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} spheres are left of {}", said.end_spheres, spheres), log, keep_them);
-    const auto bodies = read_dump(folder / "final.bodies", 11);
-    if (static_cast<long>(bodies.size()) != result.grains)
-        fail_with_log(fmt::format("LIGGGHTS lost grains: {} were poured, {} are left", result.grains, bodies.size()), log, keep_them);
-    result.packing = packing_of(run, bodies);
-    result.batches = said.poured;
-    result.steps = said.end_step;
-    result.kinetic_energy_per_grain_J = said.end_energy_J / static_cast<double>(result.grains);
-    result.rest_limit_J = said.end_limit_J / static_cast<double>(result.grains);
-    if (!(said.end_energy_J <= said.end_limit_J))
-        throw NumericalError(not_at_rest(run, said), {.where = log.string(), .fix = "raise settle_time_s, or shorten time_step_s"});
-    measure_rest(run, bodies, result);
-    if (*result.mean_force_over_weight > rest_force_limit)
-        throw NumericalError(
-            fmt::format("the grains do not move, but are not in equilibrium: the mean net force on a grain is {:.2g} weights",
-                        *result.mean_force_over_weight),
-            {.where = log.string(),
-             .allowed = fmt::format("{:g}", rest_force_limit),
-             .fix = "lower rest_energy_fraction, or shorten time_step_s"});
+    take_end(run, said, log, result);
     result.pose_error_m = check_poses(run, result.packing);
     if (!protocol.none()) result.protocol = read_protocol(run);
-    remove_snapshots(folder);
+    remove_states(folder, "snapshot.");
     write_parameters(run, {});  // a run by hand starts from the beginning
     write_protocol(run, {});
     return result;

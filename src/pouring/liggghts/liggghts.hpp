@@ -1,6 +1,9 @@
 // Packing by LIGGGHTS: writes a run that can be repeated by hand, runs it, reads the poses back and checks them.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "core/files.hpp"
 #include "pouring/batches.hpp"
 #include "pouring/pour.hpp"

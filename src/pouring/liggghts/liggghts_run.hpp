@@ -1,6 +1,9 @@
 // Data shared by the writing and the reading of a LIGGGHTS run. Only for the sources of this folder.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "core/files.hpp"
 #include "geometry/triangle_wall.hpp"
 #include "pouring/liggghts/liggghts.hpp"

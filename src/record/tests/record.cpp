@@ -1,4 +1,7 @@
 // Keys of configuration files and flags; digests.
+#include <string>
+#include <vector>
+
 #include "core/context.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -9,7 +12,6 @@
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace record;
 namespace {
 

@@ -1,5 +1,6 @@
 // The first lines of the report.
 #include <cmath>
+#include <string>
 
 #include "report/section.hpp"
 #include "support/basics.hpp"

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <utility>
 
 #include "core/error.hpp"
 #include "shapes/config.hpp"

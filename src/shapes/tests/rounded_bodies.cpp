@@ -1,11 +1,16 @@
 // Grains with faces: measures against closed forms; distances, lines and hits against each other and against points of the surface.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"

@@ -1,9 +1,14 @@
 // Rounded polyhedra that are not convex: measures against closed forms; distances, lines and points of the surface against each other.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"

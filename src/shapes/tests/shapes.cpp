@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "core/error.hpp"
 #include "shapes/config.hpp"
@@ -10,7 +12,6 @@
 #include "support/stones.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace shapes;
 namespace {
 

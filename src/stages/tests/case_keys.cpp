@@ -1,11 +1,13 @@
 // Keys of case.toml: old places, and those of [packings] that cannot be meant together.
+#include <string>
+#include <vector>
+
 #include "core/context.hpp"
 #include "core/error.hpp"
 #include "stages/case.hpp"
 #include "support/basics.hpp"
 
 namespace porepack {
-using namespace core;
 namespace {
 
 using test::has;

@@ -1,5 +1,9 @@
 // Errors of known sign, from the budget to the statements, `compare` and the report.
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "core/members_json.hpp"
 #include "report/page.hpp"
@@ -10,7 +14,6 @@
 #include "uncertainty/budget.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace report;
 using namespace stages;
 using namespace study;

@@ -4,7 +4,10 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "core/table.hpp"
 #include "study/formula.hpp"
@@ -13,7 +16,6 @@
 namespace porepack {
 namespace {
 
-using namespace core;
 using namespace study;
 
 std::vector<StudyRow> rows_of(const std::vector<double>& x, const std::function<double(double)>& y) {

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/table.hpp"
@@ -11,7 +14,6 @@
 #include "uncertainty/regression.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace permeability;
 using namespace uncertainty;
 namespace {

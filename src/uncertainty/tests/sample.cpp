@@ -1,6 +1,8 @@
 // Samples of packings, budgets, scatter of sections, intervals with two sides.
 #include <cmath>
+#include <optional>
 #include <random>
+#include <vector>
 
 #include "core/sides.hpp"
 #include "core/table.hpp"
@@ -10,7 +12,6 @@
 #include "uncertainty/section_scatter.hpp"
 
 namespace porepack {
-using namespace core;
 using namespace uncertainty;
 namespace {
 

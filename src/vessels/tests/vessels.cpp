@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <numbers>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/json.hpp"
@@ -10,7 +14,6 @@
 #include "support/basics.hpp"
 #include "vessels/box.hpp"
 #include "vessels/config.hpp"
-#include "vessels/uses.hpp"
 
 namespace porepack::vessels {
 namespace {

@@ -1,7 +1,10 @@
 // Commands on whole cases: run, status, pack, report.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "analysis/relax.hpp"
 #include "apps/porepack/run.hpp"
@@ -109,7 +112,9 @@ void add_case_commands(CommandLine& line) {
             "no case: the grains of this packing.json, as found in a scan, move until they no longer overlap and rest on each other")
         .type_name("path");
     const auto folders = std::make_shared<std::vector<std::string>>();
-    line.add("compare", "the main quantities of several results side by side; with --output, compare.csv, compare.svg and compare.html with the beds to be turned",
+    line.add("compare",
+             "the main quantities of several results side by side; with --output, compare.csv, compare.svg and compare.html with the beds "
+             "to be turned",
              "porepack compare cases/quickstart cases/own_stl --output comparison", [&, folders] { compare(common, *folders); })
         .add_option("results", *folders, "folders of results, or of cases")
         .type_name("path")

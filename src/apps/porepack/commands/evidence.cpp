@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"

@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "analysis/falling_head/common_causes.hpp"
 #include "analysis/falling_head/level_curves.hpp"
-#include "analysis/falling_head/plan.hpp"
+#include "analysis/falling_head/plan_of_test.hpp"
 #include "analysis/falling_head/simulation.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/flow.hpp"
 #include "analysis/foam.hpp"

@@ -3,7 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "analysis/fit_image.hpp"
 #include "analysis/scan_plan.hpp"
@@ -217,19 +222,30 @@ void segment(const Common& common) {
                           }});
 }
 
-}  // namespace
+constexpr const char* an_image = "an image: a file, or a folder with one file per layer (docs/images.md)";
+constexpr const char* packing_with_walls = "packing.json, in a container without periodic sides";
+constexpr const char* image_written = ".raw, .mhd, .nrrd, .npy or .vti";
 
-void add_image_commands(CommandLine& line) {
+template <typename Config>
+void add_keys_of(CommandLine& line, Command command, const std::vector<std::string>& without = {}) {
+    line.add_keys(
+        command,
+        [](ConfigVisitor& v) {
+            static Config config;
+            describe(v, config);
+        },
+        without);
+}
+
+// info, convert, crop, bin: of any image, without a container.
+void add_conversions(CommandLine& line, Command image) {
     Common& common = line.common;
-    auto image = line.add_group("image", "scans and segmented images: look at them, convert, crop, bin, segment, simulate");
-    const auto target = std::make_shared<std::string>();
+    const auto target = std::make_shared<std::string>(), box = std::make_shared<std::string>();
     const auto add = [&](const std::string& name, const std::string& help, const std::string& example, bool writes,
                          const std::function<void()>& action) {
         auto command = line.add_below(image, name, help, example, action);
-        command.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
-            .type_name("path")
-            .required();
-        if (writes) command.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
+        command.add_option("input", common.input, an_image).type_name("path").required();
+        if (writes) command.add_option("target", *target, image_written).type_name("path").required();
         line.add_image_keys(command, {"pore", "threshold", "pore_side", "walls", "smoothing_voxels", "gray_levels", "find_container",
                                       "fitted_sizes", "fit_memory_bytes"});
         return command;
@@ -238,64 +254,6 @@ void add_image_commands(CommandLine& line) {
     add("convert", "the same image in another format, with x, y, z in order",
         "porepack image convert scan.raw scan.nrrd --image-dims 400,400,600 --image-type uint16 --image-voxel-size 6.6e-5", true,
         [&common, target] { write(common, *target, open_volume(common.input, config_of(common))); });
-    auto segmenter =
-        line.add_below(image, "segment", "grains of a scan: threshold, cavities filled, watershed, incomplete grains removed",
-                       "porepack image segment scan.nrrd --container cylinder:0.1,0.3 --output segmented", [&common] { segment(common); });
-    segmenter.add_option("input", common.input, "an image: a file, or a folder with one file per layer (docs/images.md)")
-        .type_name("path")
-        .required();
-    segmenter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        .type_name(vessels::container_forms() + " [m]");
-    line.add_keys(segmenter, [](ConfigVisitor& v) {
-        static SegmentConfig config;
-        describe(v, config);
-    });
-    line.add_image_keys(segmenter, {"pore", "walls", "fitted_sizes", "fit_memory_bytes"});
-    const auto shape = std::make_shared<std::string>();
-    auto fitter = line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
-                                 "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container",
-                                 [&common, shape] { fit(common, *shape); });
-    fitter.add_option("input", common.input, "a scan: a file, or a folder with one file per layer (docs/images.md)")
-        .type_name("path")
-        .required();
-    fitter
-        .add_option("--shape", *shape,
-                    "tetrapod, dolos, tetrahedron, star, sphere or rod with the keys below; or packing.json, a case, or a TOML file, whose "
-                    "shapes are taken")
-        .type_name("name or path")
-        .required();
-    fitter.add_option("--container", common.container, "container that the image shows; default: the box of the image")
-        .type_name(vessels::container_forms() + " [m]");
-    line.add_keys(fitter, "shape", {"kind", "file", "unit_m"});
-    line.add_image_keys(fitter, {"pore", "walls"});
-    const auto part = std::make_shared<std::string>();
-    auto simulator =
-        line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
-                       "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
-                       [&common, target, part] { simulate(common, *target, *part); });
-    simulator.add_option("input", common.input, "packing.json, in a container without periodic sides").type_name("path").required();
-    simulator.add_option("target", *target, ".raw, .mhd, .nrrd, .npy or .vti").type_name("path").required();
-    simulator.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
-    line.add_keys(simulator, [](ConfigVisitor& v) {
-        static scans::ScannerConfig config;
-        describe(v, config);
-    });
-    auto planner = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
-                                  "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
-                                  [&common, part] { plan(common, *part); });
-    planner.add_option("input", common.input, "packing.json, in a container without periodic sides").type_name("path").required();
-    planner.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
-    line.add_keys(planner, [](ConfigVisitor& v) {
-        static ScanPlanConfig config;
-        describe(v, config);
-    });
-    line.add_keys(planner,
-                  [](ConfigVisitor& v) {
-                      static scans::ScannerConfig config;
-                      describe(v, config);
-                  },
-                  {"voxel_size_m", "views", "counts"});
-    const auto box = std::make_shared<std::string>();
     add("crop", "a part of an image", "porepack image crop scan.nrrd part.nrrd --box 0,200,0,200,50,150", true,
         [&common, target, box] { write(common, *target, cropped(open_volume(common.input, config_of(common)), box_of(*box))); })
         .add_option("--box", *box, "voxels, the upper ends excluded")
@@ -306,6 +264,78 @@ void add_image_commands(CommandLine& line) {
         [&common, target, factor] { write(common, *target, binned(open_volume(common.input, config_of(common)), *factor)); })
         .add_option("--factor", *factor, "edge length of the cubes in voxels; default 2")
         .type_name("number");
+}
+
+void add_container(Command& command, Common& common) {
+    command.add_option("--container", common.container, "container that the image shows; default: the box of the image")
+        .type_name(vessels::container_forms() + " [m]");
+}
+
+void add_segment(CommandLine& line, Command image) {
+    Common& common = line.common;
+    auto command =
+        line.add_below(image, "segment", "grains of a scan: threshold, cavities filled, watershed, incomplete grains removed",
+                       "porepack image segment scan.nrrd --container cylinder:0.1,0.3 --output segmented", [&common] { segment(common); });
+    command.add_option("input", common.input, an_image).type_name("path").required();
+    add_container(command, common);
+    add_keys_of<SegmentConfig>(line, command);
+    line.add_image_keys(command, {"pore", "walls", "fitted_sizes", "fit_memory_bytes"});
+}
+
+void add_fit(CommandLine& line, Command image) {
+    Common& common = line.common;
+    const auto shape = std::make_shared<std::string>();
+    auto command = line.add_below(image, "fit", "grains of a known shape in a scan: a packing of exact poses",
+                                  "porepack image fit scan.nrrd --shape tetrapod --sphericity 0.53 --volume 7.33e-7 --image-find-container",
+                                  [&common, shape] { fit(common, *shape); });
+    command.add_option("input", common.input, "a scan: a file, or a folder with one file per layer (docs/images.md)")
+        .type_name("path")
+        .required();
+    command
+        .add_option("--shape", *shape,
+                    "tetrapod, dolos, tetrahedron, star, sphere or rod with the keys below; or packing.json, a case, or a TOML file, whose "
+                    "shapes are taken")
+        .type_name("name or path")
+        .required();
+    add_container(command, common);
+    line.add_keys(command, "shape", {"kind", "file", "unit_m"});
+    line.add_image_keys(command, {"pore", "walls"});
+}
+
+void add_simulate(CommandLine& line, Command image) {
+    Common& common = line.common;
+    const auto target = std::make_shared<std::string>(), part = std::make_shared<std::string>();
+    auto command =
+        line.add_below(image, "simulate", "an X-ray scan of a packing: projections with noise, rings and blur, and the image from them",
+                       "porepack image simulate packing.json scan.nrrd --voxel-size 3e-4 --part 0.02,0.08",
+                       [&common, target, part] { simulate(common, *target, *part); });
+    command.add_option("input", common.input, packing_with_walls).type_name("path").required();
+    command.add_option("target", *target, image_written).type_name("path").required();
+    command.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
+    add_keys_of<scans::ScannerConfig>(line, command);
+}
+
+void add_plan(CommandLine& line, Command image) {
+    Common& common = line.common;
+    const auto part = std::make_shared<std::string>();
+    auto command = line.add_below(image, "plan", "scans at several settings simulated and fitted: which is good enough for k?",
+                                  "porepack image plan packing.json --part 0.02,0.08 --voxel-sizes 3e-4,5e-4 --counts 20000,2000",
+                                  [&common, part] { plan(common, *part); });
+    command.add_option("input", common.input, packing_with_walls).type_name("path").required();
+    command.add_option("--part", *part, "range of heights; default: the whole container").type_name("z0,z1 [m]");
+    add_keys_of<ScanPlanConfig>(line, command);
+    add_keys_of<scans::ScannerConfig>(line, command, {"voxel_size_m", "views", "counts"});
+}
+
+}  // namespace
+
+void add_image_commands(CommandLine& line) {
+    const auto image = line.add_group("image", "scans and segmented images: look at them, convert, crop, bin, segment, simulate");
+    add_conversions(line, image);
+    add_segment(line, image);
+    add_fit(line, image);
+    add_simulate(line, image);
+    add_plan(line, image);
 }
 
 }  // namespace porepack::apps

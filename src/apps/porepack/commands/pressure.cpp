@@ -4,7 +4,11 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "analysis/pressure_drop.hpp"
 #include "apps/porepack/run.hpp"
@@ -13,7 +17,7 @@
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "packing/film.hpp"
-#include "results/results.hpp"
+#include "results/read.hpp"
 #include "stages/case_space.hpp"
 
 namespace porepack::apps {

@@ -1,6 +1,9 @@
 // The command shape: measures of a grain, of an STL file; the sweep over sphericities.
 #include <fmt/format.h>
 
+#include <memory>
+#include <string>
+
 #include "analysis/shape.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"

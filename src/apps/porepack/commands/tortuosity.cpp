@@ -1,6 +1,11 @@
 // The command tortuosity.
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "analysis/tortuosity.hpp"
 #include "apps/porepack/run.hpp"
 #include "apps/porepack/uses.hpp"

@@ -2,10 +2,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "analysis/bed_view.hpp"
 #include "apps/porepack/run.hpp"
@@ -156,7 +160,7 @@ Path built_site(const Path& output) {
     }
     if (!find_program("sphinx-build"))
         throw EngineError("sphinx-build is not installed",
-                          {.fix = "apt-get install --no-install-recommends python3-sphinx python3-myst-parser furo"});
+                          {.fix = "apt-get install --no-install-recommends python3-sphinx python3-myst-parser furo doxygen"});
     const ProgramEnd end = run_program({.command = {script.string(), std::filesystem::absolute(output).string()}});
     if (end.exit_code != 0) throw EngineError("the site could not be built", {.where = script.string()});
     return output / "index.html";

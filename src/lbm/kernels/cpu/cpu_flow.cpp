@@ -1,7 +1,13 @@
 #include "lbm/kernels/cpu/cpu_flow.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/communicator.hpp"
 #include "core/pages.hpp"

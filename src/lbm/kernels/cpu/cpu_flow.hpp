@@ -1,6 +1,8 @@
 // Flows computed by the fast kernel.
 #pragma once
 
+#include <memory>
+
 #include "lbm/kernels/cpu/kernel.hpp"
 
 namespace porepack::lbm::cpu {

@@ -4,11 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "lbm/flow.hpp"
+#include "lbm/kernels/cpu/schedule.hpp"
 #include "lbm/kernels/layout/addresses.hpp"
 #include "lbm/kernels/layout/chunked_walls.hpp"
-#include "lbm/kernels/cpu/schedule.hpp"
 
 namespace porepack::lbm::cpu {
 

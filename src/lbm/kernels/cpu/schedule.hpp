@@ -1,6 +1,9 @@
 // The schedule by which one sweep through memory makes two steps.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "lbm/kernels/layout/addresses.hpp"
 
 namespace porepack::lbm::cpu {

@@ -5,6 +5,7 @@
 #include <bit>
 #include <compare>
 #include <span>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "lbm/lattice.hpp"

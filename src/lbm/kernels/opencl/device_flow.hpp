@@ -1,6 +1,8 @@
 // Flows computed by a device (devices/device.hpp): the layout and the equations of the fast kernel of the processor, in lattice.cl.
 #pragma once
 
+#include <memory>
+
 #include "devices/device.hpp"
 #include "lbm/flow.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "lbm/uses.hpp"

@@ -2,7 +2,14 @@
 // kernel must agree with it to rounding error.
 #include "lbm/kernels/reference/reference.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "lbm/uses.hpp"
 
@@ -49,8 +56,8 @@ Populations collide_two_times(const Populations& f, const Scheme& scheme) {
 }
 
 // Full equilibrium; of the rest the shear stress alone is kept. P is the stress, and b_xxy etc. are moments of third order of what remains
-// after collision: u_x^2 u_y of the equilibrium, and (1 - 1/tau) (2 u_x P_xy + u_y P_xx) of the rest. Docs/theory.md, "Flows that are not
-// steady".
+// after collision: u_x^2 u_y of the equilibrium, and (1 - 1/tau) (2 u_x P_xy + u_y P_xx) of the rest. Eq. (T20),
+// (T21).
 Populations collide_regularised(const Populations& f, const Scheme& scheme) {
     const double rho = sum(f);
     const auto j = momentum(f);

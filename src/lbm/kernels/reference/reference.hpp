@@ -1,6 +1,8 @@
 // Direct implementation of the equations of the scheme, the reference for the fast kernels.
 #pragma once
 
+#include <memory>
+
 #include "lbm/flow.hpp"
 
 namespace porepack::lbm::reference {

@@ -1,4 +1,4 @@
-#include "analysis/falling_head/plan.hpp"
+#include "analysis/falling_head/plan_of_test.hpp"
 
 #include <fmt/format.h>
 

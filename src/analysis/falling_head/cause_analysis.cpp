@@ -1,9 +1,11 @@
-#include "analysis/falling_head/causes.hpp"
+#include "analysis/falling_head/cause_analysis.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "analysis/falling_head/cause_figures.hpp"
 #include "analysis/uses.hpp"
