@@ -83,7 +83,7 @@ endforeach()
 
 # What must be clean before a commit: format, includes, scripts, clang-tidy (slow: it reads every source).
 add_custom_target(check
-  COMMAND sh -c "command -v clang-format run-clang-tidy shellcheck || { echo 'apt-get install clang-format clang-tidy shellcheck'; exit 1; }"
+  COMMAND sh -c "for p in clang-format run-clang-tidy shellcheck; do command -v $p || { echo apt-get install clang-format clang-tidy shellcheck; exit 1; }; done"
   COMMAND sh -c "find src tests benchmarks examples python '(' -name '*.cpp' -o -name '*.hpp' ')' -exec clang-format --dry-run --Werror {} +"
   COMMAND scripts/check_includes
   COMMAND scripts/check_shell

@@ -82,7 +82,11 @@ def equation(page, node):
     """MathML, which browsers show without a script, with the equation's number at the right."""
     tex, _, number = node.astext().partition(r"\tag{")
     number = number.rstrip("} \n")
-    math = tex2mathml(tex, inline=False).replace("<math ", '<math display="block" ', 1)
+    try:
+        math = tex2mathml(tex, inline=False)
+    except TypeError:  # docutils 0.21 and later
+        math = tex2mathml(tex, as_block=True)
+    math = math.replace("<math ", '<math display="block" ', 1)
     page.body.append(f'<div class="equation" id="{number}"><div>{math}</div><span>({number})</span></div>\n')
     raise nodes.SkipNode
 

@@ -1,5 +1,11 @@
 #include "imaging/config.hpp"
 
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
 #include "core/error.hpp"
 #include "core/json.hpp"
 
@@ -17,10 +23,24 @@ std::vector<double> pore_values(const Json& pore) {
     return values;
 }
 
+// Whole numbers as such, as a file writes them: configurations are compared by their text.
+Json json_of(double value) {
+    constexpr double largest = 9e15;
+    return value == std::floor(value) && std::abs(value) < largest ? Json(static_cast<std::int64_t>(value)) : Json(value);
+}
+
+Json json_of(const std::vector<double>& values) {
+    if (values.empty()) return {};
+    if (values.size() == 1) return json_of(values[0]);
+    Json list = Json::array();
+    for (const double value : values) list.push_back(json_of(value));
+    return list;
+}
+
 Json json_of(const std::optional<Threshold>& threshold) {
     if (!threshold) return {};
     const double* value = std::get_if<double>(&*threshold);
-    return value != nullptr ? Json(*value) : Json(name_of(std::get<ThresholdRule>(*threshold)));
+    return value != nullptr ? json_of(*value) : Json(name_of(std::get<ThresholdRule>(*threshold)));
 }
 
 std::optional<Threshold> threshold_of(const Json& threshold) {
@@ -48,7 +68,7 @@ void describe(record::ConfigVisitor& v, ImageConfig& c) {
     v.number("unit_m", c.unit_m, record::length_range_or_auto(),
              "length of the unit of the file's voxel size (0.001: millimetres); auto: as the file states");
     v.text("field", c.field, "array of a .vti file; auto: the only one, or `phase`");
-    Json pore = c.pore.size() == 1 ? Json(c.pore[0]) : c.pore.empty() ? Json() : Json(c.pore);
+    Json pore = json_of(c.pore);
     v.any("pore", pore, "number, or list of numbers", "values of the pores in a segmented image; all others are solid");
     c.pore = pore_values(pore);
     Json threshold = json_of(c.threshold);

@@ -2,7 +2,7 @@
 
 namespace porepack::lbm {
 
-// Eq. (T8), (T9): sigma = (magic - lambda) plus / (1 + 2x) with lambda of Eq. (T11), under-relaxed.
+// Eq. (T8) and (T9): sigma = shift (magic - lambda) / (1 + 2x), shift = 2 / plus, with lambda of Eq. (T11), under-relaxed.
 WallRule Scheme::wall_rule() const {
     const double plus = tau - 0.5;
     if (two_relaxation_times()) return {2.0 / plus, magic, 0.6 * (0.5 * plus + magic), 1.0};

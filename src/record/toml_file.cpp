@@ -83,7 +83,7 @@ public:
         const toml::node* node = table_->get(old_key);
         if (table_->contains(key)) fail(old_key, *node, fmt::format("is the old name of `{}`, which is given too", key), "one of them");
         log_warning(
-            fmt::format("{}: `{}{}` is now called `{}`; the old name is read until version 0.3", where(*node), place_, old_key, key));
+            fmt::format("{}: `{}{}` is now called `{}`; the old name is read until version 0.4", where(*node), place_, old_key, key));
         renamed_[key] = old_key;
         known_.emplace_back(old_key);
     }
@@ -94,7 +94,7 @@ public:
         if (table_ != nullptr && table_->contains(key))
             fail(key, *table_->get(key), fmt::format("is given in [{}] too", old_table), "one of them");
         log_warning(
-            fmt::format("{}: `{}.{}` is now `{}{}`; the old place is read until version 0.3", where(*node), old_table, key, place_, key));
+            fmt::format("{}: `{}.{}` is now `{}{}`; the old place is read until version 0.4", where(*node), old_table, key, place_, key));
         moved_[key] = node;
     }
     void moved_to(const char*, const char* key) override { known_.emplace_back(key); }

@@ -293,7 +293,7 @@ void CommandLine::add_keys(Command command, const Describe& describe, const std:
             if (key != row.key) continue;
             const std::string old_flag = flag_of(old_key);
             add_key(command, row, old_flag, [set, flag, old_flag](const std::string& value) {
-                log_warning(fmt::format("{} is now called {}; the old name is read until version 0.3", old_flag, flag));
+                log_warning(fmt::format("{} is now called {}; the old name is read until version 0.4", old_flag, flag));
                 set(value);
             })->group("");
         }

@@ -77,6 +77,7 @@ void CapsuleDem::State::load(std::istream& in, const std::string& where) {
     std::size_t arms = 0, walls = 0;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const Kind& kind = kinds_[bodies_[i].kind];
+        accept(bodies_[i].first_arm == arms && bodies_[i].first_wall == walls);
         arms += kind.arms.size();
         walls += wall_histories(kind);
         for (const VerletPair& pair : verlet_lists_[i])
@@ -124,7 +125,8 @@ void CapsuleDem::State::load_run(std::istream& in, const Accept& accept) {
     get(in, size);
     get(in, has_lid);
     get(in, lid);
-    accept(size.allFinite() && size.minCoeff() > 0.0);
+    const Vec3 change = size.cwiseQuotient(container_.size());  // a step of the protocol may compress it
+    accept(size.allFinite() && change.minCoeff() > 1e-3 && change.maxCoeff() < 1e3);
     if (size != container_.size()) {
         container_ = container_.resized(size);
         make_cells();

@@ -11,6 +11,7 @@
 #include "pouring/dem/capsule_pour.hpp"
 #include "pouring/dem/protocol_run.hpp"
 #include "support/helpers.hpp"
+#include "support/pours.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack::test {
@@ -18,10 +19,6 @@ namespace {
 
 using pouring::dem::pour_with_capsules;
 using pouring::dem::ProtocolRun;
-
-std::vector<ShapeShare> one(const Shape& shape) {
-    return {{.shape = shape, .number_fraction = 1.0}};
-}
 
 // A ball on a plate at a (1 - cos w t) leaves it when the plate's acceleration is -g; then it flies, and rebounds without loss.
 struct BouncingBall {
