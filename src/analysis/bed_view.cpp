@@ -123,12 +123,12 @@ report::BedView scan_view_of(const imaging::VolumeSource& scan, const std::array
 }
 
 void add_scan(report::BedView& bed, const imaging::VolumeSource& scan, const std::array<double, 3>& low_m) {
-    constexpr double most_voxels = 6e6, dark = 0.002, bright = 0.998;  // of all values: single ones beyond would take the contrast
+    constexpr double max_voxels = 6e6, dark = 0.002, bright = 0.998;  // of all values: single ones beyond would take the contrast
     const auto& n = scan.header.voxels;
-    const std::int64_t wanted = std::llround(std::ceil(std::cbrt(static_cast<double>(scan.header.count()) / most_voxels))),
+    const std::int64_t wanted = std::llround(std::ceil(std::cbrt(static_cast<double>(scan.header.count()) / max_voxels))),
                        factor = std::min({wanted, n[0], n[1], n[2]});
     const imaging::VolumeSource source = factor > 1 ? imaging::binned(scan, factor) : scan;
-    if (static_cast<double>(source.header.count()) > 4.0 * most_voxels)
+    if (static_cast<double>(source.header.count()) > 4.0 * max_voxels)
         throw UserError(fmt::format("an image of {} x {} x {} voxels is too wide for a page", n[0], n[1], n[2]),
                         {.fix = "a part of it: porepack image crop"});
     std::vector<float> values(static_cast<std::size_t>(source.header.count()));

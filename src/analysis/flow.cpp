@@ -184,7 +184,7 @@ Expectation on_ranks(Expectation expected, long ranks, const PoreSpace& space, d
     if (config.device != "cpu")
         throw UserError(fmt::format("{} ranks and the device {}", ranks, config.device),
                         {.allowed = "a device computes the flow of one process", .fix = "--device cpu, or no --ranks"});
-    if (const long most = most_parts(space, voxel_size_m, config); ranks > most) throw too_many_parts(ranks, most);
+    if (const long most = max_parts(space, voxel_size_m, config); ranks > most) throw too_many_parts(ranks, most);
     expected.text += fmt::format("; {} ranks with up to {} each", ranks,
                                  human_bytes(bytes_of_rank(expected.memory_bytes, ranks, space, voxel_size_m, config)));
     const double shared_layers = 2.0 * static_cast<double>(ranks) / space.plan_at(voxel_size_m).grid.cells[2];

@@ -26,7 +26,7 @@ struct ComputedFlow {
                                             double porosity);
 
 /// Of the same flow, or flows with inertia, on so many ranks: memory of all, and in the text that of the one with the largest slab.
-/// `config` gives the grids. UserError for more ranks than lbm::most_parts(), and for several ranks with a device.
+/// `config` gives the grids. UserError for more ranks than lbm::max_parts(), and for several ranks with a device.
 [[nodiscard]] core::Expectation on_ranks(core::Expectation expected, long ranks, const pore_space::PoreSpace& space, double voxel_size_m,
                                          const lbm::LbmConfig& config);
 

@@ -9,7 +9,7 @@
 #include "converters/slices.hpp"
 #include "core/choice.hpp"
 #include "core/expectation.hpp"
-#include "core/json.hpp"
+#include "core/json_fwd.hpp"
 #include "pore_space/pore_space.hpp"
 #include "results/tortuosity.hpp"
 #include "tortuosity/config.hpp"

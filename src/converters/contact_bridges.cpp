@@ -15,8 +15,8 @@
 #include "converters/grain_mesh.hpp"
 #include "converters/uses.hpp"
 #include "core/joined_sets.hpp"
+#include "shapes/distance.hpp"
 #include "shapes/segments.hpp"
-#include "shapes/touch.hpp"
 
 namespace porepack::converters {
 namespace pmp = CGAL::Polygon_mesh_processing;

@@ -32,7 +32,7 @@ namespace porepack::converters {
 namespace sms = CGAL::Surface_mesh_simplification;
 namespace {
 
-constexpr long fewest_faces = 4, most_faces = 2000;
+constexpr long fewest_faces = 4, max_faces = 2000;
 constexpr double largest_share = 0.1;  // of the deviation in the diameter of the sphere of the same volume
 
 struct Corners {
@@ -272,7 +272,7 @@ MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions
     const Simplification simplification(surface, options.rounding_m, where);
     MeshGrain grain;
     if (options.deviation_m > 0.0) {
-        const double most = std::min(static_cast<double>(most_faces), static_cast<double>(surface.triangles.size()));
+        const double most = std::min(static_cast<double>(max_faces), static_cast<double>(surface.triangles.size()));
         for (double faces = std::min(20.0, most);; faces = std::min(1.26 * faces, most)) {
             check_interrupt();
             try {
@@ -291,9 +291,9 @@ MeshGrain grain_from_mesh(const TriangleSurface& surface, const MeshGrainOptions
                                  .fix = "a larger deviation_m, or a smaller rounding_m"});
         }
     }
-    if (options.faces < fewest_faces || options.faces > most_faces)
+    if (options.faces < fewest_faces || options.faces > max_faces)
         throw UserError(fmt::format("{} faces", options.faces),
-                        {.where = where, .allowed = fmt::format("{} to {}", fewest_faces, most_faces)});
+                        {.where = where, .allowed = fmt::format("{} to {}", fewest_faces, max_faces)});
     grain = simplification.with(options.faces);
     if (grain.largest_deviation_m > largest_share * simplification.diameter_m())
         throw UserError(fmt::format("a grain of {} faces with a rounding of {:.3g} m deviates from the surface by {:.3g} m", grain.faces,

@@ -152,10 +152,10 @@ Mesh level_mesh(const RoundedBody& body, double deviation, double shift) {
         low[axis] = -body.support(-Vec3::Unit(axis));
         high[axis] = body.support(Vec3::Unit(axis));
     }
-    constexpr double most_cells = 250.0;
+    constexpr double max_cells = 250.0;
     // Facets with sides h of a rounding r deviate by h^2 / 8r.
     const double of_edges = 0.7 * std::sqrt(8.0 * body.rounding() * deviation);
-    const double h = std::max(std::min(std::max(1.5 * deviation, of_edges), 0.5 * body.thickness()), (high - low).maxCoeff() / most_cells);
+    const double h = std::max(std::min(std::max(1.5 * deviation, of_edges), 0.5 * body.thickness()), (high - low).maxCoeff() / max_cells);
     geometry::GrayImage image;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);

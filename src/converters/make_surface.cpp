@@ -20,7 +20,7 @@
 #include "core/log.hpp"
 #include "core/machine.hpp"
 #include "core/parallel.hpp"
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 
 namespace porepack::converters {
 namespace {

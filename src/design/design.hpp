@@ -9,7 +9,7 @@
 #include "core/choice.hpp"
 #include "core/files.hpp"
 #include "core/interval.hpp"
-#include "core/json.hpp"
+#include "core/json_fwd.hpp"
 #include "core/members.hpp"
 #include "core/sides.hpp"
 #include "design/candidates.hpp"

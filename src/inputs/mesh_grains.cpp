@@ -32,11 +32,11 @@ std::vector<Path> files_of_library(const ShapeConfig& config, const Path& folder
     std::error_code missing;
     for (const auto& entry : std::filesystem::directory_iterator(place, missing))
         if (converters::is_surface_file(entry.path())) files.push_back(entry.path());
-    constexpr std::size_t most_meshes = 1000;
-    if (missing || files.empty() || files.size() > most_meshes)
+    constexpr std::size_t max_meshes = 1000;
+    if (missing || files.empty() || files.size() > max_meshes)
         throw UserError(missing ? "the folder cannot be read: " + place.string() : fmt::format("the library has {} meshes", files.size()),
                         {.where = "[shape] folder = \"" + config.folder + "\"",
-                         .allowed = fmt::format("a folder with 1 to {} STL, PLY or OBJ files", most_meshes),
+                         .allowed = fmt::format("a folder with 1 to {} STL, PLY or OBJ files", max_meshes),
                          .fix = "`porepack image segment scan.nrrd --library` writes one: segmented/library"});
     std::sort(files.begin(), files.end());
     return files;

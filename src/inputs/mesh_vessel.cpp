@@ -18,13 +18,13 @@
 namespace porepack::inputs {
 namespace {
 
-constexpr std::size_t most_triangles = 200000;
+constexpr std::size_t max_triangles = 200000;
 
 std::shared_ptr<const TriangleMesh> read_vessel(const Path& file, double unit_m) {
     const TriangleSurface surface = converters::read_surface(file, unit_m);
-    if (surface.triangles.size() > most_triangles)
+    if (surface.triangles.size() > max_triangles)
         throw UserError(fmt::format("the vessel has {} triangles", surface.triangles.size()),
-                        {.where = file.string(), .allowed = fmt::format("4 to {}", most_triangles), .fix = "export it more coarsely"});
+                        {.where = file.string(), .allowed = fmt::format("4 to {}", max_triangles), .fix = "export it more coarsely"});
     auto mesh = std::make_shared<TriangleMesh>();
     Bounds bounds;
     for (const auto& [x, y, z] : surface.points) {

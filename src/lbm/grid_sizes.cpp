@@ -105,9 +105,9 @@ double coarsest_size(const PoreSpace& space, double voxel_size_m, const LbmConfi
     return std::isfinite(coarsest) ? coarsest : 3.0 * voxel_size_m;
 }
 
-long most_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given) {
+long max_parts(const PoreSpace& space, double voxel_size_m, const LbmConfig& given) {
     const LbmConfig config = fitted_to(space, given);
-    return most_parts(coarsest_grid(space, voxel_size_m, config).cells[2]);
+    return max_parts(coarsest_grid(space, voxel_size_m, config).cells[2]);
 }
 
 double largest_slab(const PoreSpace& space, double voxel_size_m, const LbmConfig& given, long parts, const Communicator& counted_by) {

@@ -28,7 +28,7 @@ constexpr double body_force_lu = 1e-3;  // arbitrary: Stokes flow is linear, and
 constexpr double tolerance_ratio = std::numbers::sqrt2;
 
 // Nodes per grain diameter; if that is not known, the value for packings of tetrapods with the same k / h^2.
-double nodes_per_grain(const PoreSpace& space, const LbmGridResult& grid) {
+double nodes_per_diameter(const PoreSpace& space, const LbmGridResult& grid) {
     return std::isfinite(space.known_grain_diameter_m()) ? space.known_grain_diameter_m() / grid.voxel_size_m
                                                          : 6.6 * std::sqrt(grid.permeability_m2) / grid.voxel_size_m;
 }
@@ -59,7 +59,7 @@ void find_interval(const PoreSpace& space, const LbmConfig& config, LbmResult& r
         std::array<double, 3> nodes{}, values{};
         for (std::size_t i = 0; i < 3; ++i) {
             const LbmGridResult& grid = grids[grids.size() - 3 + i];
-            nodes[i] = nodes_per_grain(space, fine) * fine.voxel_size_m / grid.voxel_size_m;
+            nodes[i] = nodes_per_diameter(space, fine) * fine.voxel_size_m / grid.voxel_size_m;
             values[i] = grid.permeability_m2;
         }
         const Extrapolation found = extrapolate(nodes, values);

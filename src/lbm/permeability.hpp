@@ -104,7 +104,7 @@ struct GridErrorConstants {
                                          const LbmRun& run = {});
 
 /// Number of parts into which all grids of lbm_permeability() can be cut.
-[[nodiscard]] long most_parts(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config);
+[[nodiscard]] long max_parts(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config);
 /// The largest slab of the finest grid with the layers that it shares, over the whole grid: its voxels or, if more, its nodes. Of a pore
 /// space without a solid yet, equal slabs. All of `counted_by` call it.
 [[nodiscard]] double largest_slab(const pore_space::PoreSpace& space, double voxel_size_m, const LbmConfig& config, long parts,

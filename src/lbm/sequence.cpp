@@ -242,7 +242,7 @@ bool Sequence::solve_flow(Solved& solved, const FlowPlan& plan, const Domain& do
     } else {
         if (!saved_ && tuned() && search) solved.scheme = with_tau(solved.scheme, relaxation_time_of_piece(domain, criterion));
         solved.flow = plan.start(solved.scheme);
-        if (field_) field_ = with_layers_beyond(std::move(*field_), least_layers - 1);
+        if (field_) field_ = with_layers_beyond(std::move(*field_), min_layers - 1);
         if (field_ && max_seconds == no_limit) {
             start_from(*solved.flow, domain, solved.scheme, std::move(*field_));
             field_.reset();

@@ -50,7 +50,7 @@ std::vector<double> pore_cells_of_layers(const PoreSpace& space, const Grid& who
 
 // Of the cuts between parts with equal shares of the pores, but no slab thinner than the grid allows.
 std::vector<double> heights_of_cuts(const std::vector<double>& pores, int number, int layers) {
-    const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (least_layers + 0.01) / layers;
+    const double total = std::accumulate(pores.begin(), pores.end(), 0.0), thinnest = (min_layers + 0.01) / layers;
     std::vector<double> heights = {0.0};
     double below = 0.0;
     std::size_t layer = 0;
@@ -75,14 +75,14 @@ std::vector<double> heights_of_cuts(const std::vector<double>& pores, int number
 }  // namespace
 
 UserError too_many_parts(long parts, long most) {
-    return UserError(fmt::format("{} ranks are too many: a rank needs {} layers of voxels of the coarsest grid", parts, least_layers),
+    return UserError(fmt::format("{} ranks are too many: a rank needs {} layers of voxels of the coarsest grid", parts, min_layers),
                      {.where = "--ranks", .allowed = fmt::format("up to {}", most)});
 }
 
 SlabCuts::SlabCuts(const PoreSpace& space, const Grid& grid, const Communicator& parts) {
     const int number = parts.parts();
     if (number == 1) return;
-    if (number > most_parts(grid.cells[2])) throw too_many_parts(number, most_parts(grid.cells[2]));
+    if (number > max_parts(grid.cells[2])) throw too_many_parts(number, max_parts(grid.cells[2]));
     heights_ = heights_of_cuts(pore_cells_of_layers(space, space.own_grid() ? grid : coarser(grid), parts), number, grid.cells[2]);
 }
 

@@ -14,11 +14,11 @@ class PoreSpace;
 namespace porepack::lbm {
 
 /// A slab has at least so many layers: it exchanges as many with its neighbours when a finer grid starts from this one.
-inline constexpr int least_layers = 4;
+inline constexpr int min_layers = 4;
 
 /// Number of parts into which a grid of so many layers can be cut.
-[[nodiscard]] inline long most_parts(int layers) {
-    return layers < 2 * least_layers ? 1 : layers / least_layers;
+[[nodiscard]] inline long max_parts(int layers) {
+    return layers < 2 * min_layers ? 1 : layers / min_layers;
 }
 [[nodiscard]] core::UserError too_many_parts(long parts, long most);
 

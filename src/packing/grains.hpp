@@ -9,7 +9,7 @@
 #include "geometry/solid.hpp"
 #include "packing/packing.hpp"
 #include "shapes/bins.hpp"
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 
 namespace porepack::packing {
 

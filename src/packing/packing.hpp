@@ -9,8 +9,8 @@
 #include "core/choice.hpp"
 #include "core/files.hpp"
 #include "core/json_fwd.hpp"
+#include "shapes/distance.hpp"
 #include "shapes/shape.hpp"
-#include "shapes/touch.hpp"
 #include "vessels/container.hpp"
 
 namespace porepack::packing {

@@ -50,7 +50,7 @@ struct PoreNetwork {
     };
     struct Throat {
         std::size_t first, second;  ///< places in `pores`
-        double diameter_m;          ///< of the largest sphere that passes; where there are several ways, of the widest
+        double diameter_m;          ///< of the largest sphere that passes; where there are several paths, of the widest
     };
     std::vector<Pore> pores;
     std::vector<Throat> throats;

@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 #include "pouring/uses.hpp"
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 
 namespace porepack::pouring {
 namespace {

@@ -24,7 +24,7 @@ void visit_members(Self& found, const Visit& visit) {
     visit("from", found.from);
 }
 
-/// Basins of the distance to the walls, and the widest way between two of them.
+/// Basins of the distance to the walls, and the widest path between two of them.
 struct NetworkOfPores {
     std::size_t pores = 0;
     std::size_t whole_pores = 0;  ///< not cut by the section
@@ -65,7 +65,7 @@ struct Pores {
     std::optional<core::Interval> porosity_scatter_interval{};  ///< of 95 %
     std::string meaning =
         "chords: between two walls, without those that the section cuts; pore diameters: by volume, of the largest sphere in the pores "
-        "that covers a point; network: basins of the distance to the walls and the widest way between two of them; critical diameter: of "
+        "that covers a point; network: basins of the distance to the walls and the widest path between two of them; critical diameter: of "
         "the largest sphere that passes through; Katz & Thompson with a constant between tubes and slits: an estimate within a factor of "
         "2.5; scatter: standard deviation of the porosity of other sections of this length, from the layers of this one, and its interval "
         "of 95 %";

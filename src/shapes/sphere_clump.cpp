@@ -67,8 +67,8 @@ class Cover {
 public:
     Cover(const Shape& shape, double points)
         : body_(*shape.body), largest_(0.5 * body_.maximum_feret_diameter()), points_(points_by_number(shape, points, 0.5)) {
-        constexpr std::size_t most_balls = 4000;
-        const std::size_t step = 1 + points_.size() / most_balls;
+        constexpr std::size_t max_balls = 4000;
+        const std::size_t step = 1 + points_.size() / max_balls;
         for (std::size_t i = 0; i < points_.size(); i += step) balls_.push_back(ball_at(body_, points_[i], largest_));
     }
 
@@ -164,8 +164,8 @@ SphereClump clump_of_at_most(const Shape& shape, long spheres) {
 }
 
 std::vector<Capsule> with_volume(std::vector<Capsule> spheres, double volume_m3) {
-    constexpr int most_steps = 8;
-    for (int step = 0; step < most_steps; ++step) {
+    constexpr int max_steps = 8;
+    for (int step = 0; step < max_steps; ++step) {
         const ShapeMeasures union_of = measure({.id = "clump", .capsules = spheres}, 1e-4, Effort::once);
         const double missing = volume_m3 - union_of.volume_m3;
         if (std::abs(missing) < 1e-3 * volume_m3) break;

@@ -15,7 +15,7 @@
 namespace porepack::shapes {
 namespace {
 
-constexpr std::size_t most_triangles = 5000;
+constexpr std::size_t max_triangles = 5000;
 
 // From `zero`, which is normal to `axis`.
 double angle_about(const Vec3& axis, const Vec3& zero, const Vec3& direction) {
@@ -30,8 +30,8 @@ bool in_plane_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& 
 
 TriangleCore::TriangleCore(std::vector<Vec3> corners, std::vector<std::array<int, 3>> triangles)
     : corners_(std::move(corners)), triangles_(std::move(triangles)) {
-    if (triangles_.size() > most_triangles)
-        throw UserError(fmt::format("a grain has {} triangles", triangles_.size()), {.allowed = fmt::format("4 to {}", most_triangles)});
+    if (triangles_.size() > max_triangles)
+        throw UserError(fmt::format("a grain has {} triangles", triangles_.size()), {.allowed = fmt::format("4 to {}", max_triangles)});
     for (const Vec3& corner : corners_) bounds_.add(corner, 0.0);
     extent_ = (bounds_.high - bounds_.low).norm();
     const auto at = [&](std::size_t t, int i) -> const Vec3& {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/files.hpp"
-#include "core/json.hpp"
+#include "core/json_fwd.hpp"
 
 namespace porepack::study {
 

@@ -4,7 +4,7 @@
 
 #include "converters/surface.hpp"
 #include "packing/packing.hpp"
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 #include "study/uses.hpp"
 
 namespace porepack::study {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/files.hpp"
-#include "core/json.hpp"
+#include "core/json_fwd.hpp"
 
 namespace porepack::study {
 

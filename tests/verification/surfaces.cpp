@@ -9,7 +9,7 @@
 #include "converters/surface.hpp"
 #include "core/data_file.hpp"
 #include "shapes/config.hpp"
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 #include "support/helpers.hpp"
 #include "vessels/config.hpp"
 

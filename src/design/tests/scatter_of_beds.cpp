@@ -87,8 +87,8 @@ Held coverage(const std::function<double(std::mt19937_64&)>& deviation, long pac
         const auto is_held = [&](std::size_t bed) { return scatter.chance_beyond(beds[bed], error[bed]) >= 0.05 ? 1.0 : 0.0; };
         for (std::size_t bed = 0; bed < some; ++bed) held.some += is_held(bed) / (studies * some);
         held.largest += is_held(largest) / studies;
-        constexpr double least_t = 1.96;  // of the pooled deviation with 24 to 96 degrees of freedom: 1.98 to 2.06
-        held.largest_pooled += error[largest] <= 1.05 * least_t * std::sqrt(variance / n) ? 1.0 / studies : 0.0;
+        constexpr double smallest_t = 1.96;  // of the pooled deviation with 24 to 96 degrees of freedom: 1.98 to 2.06
+        held.largest_pooled += error[largest] <= 1.05 * smallest_t * std::sqrt(variance / n) ? 1.0 / studies : 0.0;
     }
     return held;
 }
@@ -104,10 +104,10 @@ TEST(ScatterOfBeds, IntervalsHoldTheMeansOfBedsThatScatterDifferently) {
         [](auto& random) { return std::exp(std::uniform_real_distribution<double>(std::log(0.006), std::log(0.28))(random)); }};
     unsigned seed = 4711;
     for (const auto& spread : spreads)
-        for (const auto& [packings, least_of_largest] : {std::pair(2L, 0.62), {3L, 0.71}, {5L, 0.78}}) {
+        for (const auto& [packings, smallest_of_largest] : {std::pair(2L, 0.62), {3L, 0.71}, {5L, 0.78}}) {
             const Held held = coverage(spread, packings, ++seed);
             EXPECT_NEAR(held.some, 0.95, 0.02) << packings << ' ' << seed;
-            EXPECT_GE(held.largest, least_of_largest) << packings << ' ' << seed;
+            EXPECT_GE(held.largest, smallest_of_largest) << packings << ' ' << seed;
             EXPECT_GT(held.largest, held.largest_pooled + 0.03) << packings << ' ' << seed << ": the pooled deviation holds it less";
         }
 }

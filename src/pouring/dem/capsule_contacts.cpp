@@ -183,7 +183,7 @@ void CapsuleDem::State::grain_forces(std::size_t i, std::vector<Load>& loads, st
 }
 
 // Between walls that enclose a convex space, the ends of the capsules are nearest to each wall.
-void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>& found) const {
+void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallContactPoint>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const std::size_t walls = wall_count(), planes = vessel_walls_.planes.size();
@@ -220,7 +220,7 @@ void CapsuleDem::State::find_wall_contacts(std::size_t i, std::vector<WallTouch>
 }
 
 // Capsules lie around such a wall. Those that meet at one place of it share the stiffness of a single contact.
-void CapsuleDem::State::find_arm_wall_contacts(std::size_t i, std::size_t w, std::vector<WallTouch>& found) const {
+void CapsuleDem::State::find_arm_wall_contacts(std::size_t i, std::size_t w, std::vector<WallContactPoint>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const auto& wall = vessel_walls_.round[w];
@@ -249,9 +249,9 @@ void CapsuleDem::State::find_arm_wall_contacts(std::size_t i, std::size_t w, std
 void CapsuleDem::State::wall_forces(std::size_t i, std::vector<Load>& loads, WallLoads& sums) {
     const BodyState& body = bodies_[i];
     const double own_mass = kinds_[body.kind].body.mass_kg;
-    thread_local std::vector<WallTouch> found;
+    thread_local std::vector<WallContactPoint> found;
     find_wall_contacts(i, found);
-    for (const WallTouch& touch : found) {
+    for (const WallContactPoint& touch : found) {
         const Vec3 lever = touch.at - body.x;
         WallContact& contact = wall_contact(i, touch);
         Vec3 velocity = body.v_contact + body.omega.cross(lever);

@@ -26,9 +26,9 @@ void CapsuleDem::State::for_contacts(const Visit& visit) const {
 double CapsuleDem::State::wall_energy(std::size_t index, double elastic_J) const {
     const BodyState& body = bodies_[index];
     const double kn = 0.5 * law_.normal_stiffness_N_per_m, kt = 0.5 * law_.tangential_stiffness_N_per_m;
-    std::vector<WallTouch> found;
+    std::vector<WallContactPoint> found;
     find_wall_contacts(index, found);
-    for (const WallTouch& touch : found)
+    for (const WallContactPoint& touch : found)
         elastic_J +=
             0.5 * (kn * touch.square + kt * touch.share * walls_[body.first_wall + touch.history].tangential_displacement.squaredNorm());
     return elastic_J;

@@ -98,7 +98,7 @@ public:
         double square;                   ///< elastic energy over a quarter of the stiffness
         double twist = 0.0;              ///< torque about the normal over the elastic force
     };
-    struct WallTouch {
+    struct WallContactPoint {
         std::size_t history;  ///< of the body's first WallContact on
         shapes::Vec3 at, outward;
         double overlap, share, square;  ///< as of a contact
@@ -217,8 +217,8 @@ private:
     void watch_sleeper(std::size_t body, std::uint32_t other, shapes::Vec3& base_force, const shapes::Vec3& force);
     template <typename Pair>
     shapes::Vec3 press(std::size_t body, Pair& pair, const Contact& contact, std::vector<Load>& loads);
-    void find_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
-    void find_arm_wall_contacts(std::size_t body, std::size_t round, std::vector<WallTouch>& found) const;
+    void find_wall_contacts(std::size_t body, std::vector<WallContactPoint>& found) const;
+    void find_arm_wall_contacts(std::size_t body, std::size_t round, std::vector<WallContactPoint>& found) const;
     void wall_forces(std::size_t body, std::vector<Load>& loads, WallLoads& sums);
     [[nodiscard]] double elastic_force(double overlap, double share) const { return share * 0.5 * law_.normal_stiffness_N_per_m * overlap; }
     [[nodiscard]] shapes::Vec3 contact_force(const Approach& approach, shapes::Vec3& displacement, bool first) const;
@@ -233,9 +233,9 @@ private:
     void watch_sleeping_neighbours(std::size_t body, const std::vector<Contact>& contacts, const std::vector<shapes::Vec3>& forces);
     void require_no_crossing();
     void share_potential(std::size_t body, const std::vector<PieceContact>& parts, std::vector<Contact>& contacts) const;
-    void find_piece_wall_contacts(std::size_t body, std::vector<WallTouch>& found) const;
+    void find_piece_wall_contacts(std::size_t body, std::vector<WallContactPoint>& found) const;
     [[nodiscard]] bool is_near_mesh(std::size_t body) const;
-    [[nodiscard]] WallContact& wall_contact(std::size_t body, const WallTouch& touch);
+    [[nodiscard]] WallContact& wall_contact(std::size_t body, const WallContactPoint& touch);
 
     // capsule_measures.cpp
     template <typename Visit>

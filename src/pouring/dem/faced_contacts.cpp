@@ -241,7 +241,7 @@ bool CapsuleDem::State::is_near_mesh(std::size_t i) const {
 }
 
 // In the frame of the body's shape, where the pieces need not be moved.
-void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<WallTouch>& found) const {
+void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<WallContactPoint>& found) const {
     const BodyState& body = bodies_[i];
     const Kind& kind = kinds_[body.kind];
     const Frame& frame = frames_[i];
@@ -324,7 +324,7 @@ void CapsuleDem::State::find_piece_wall_contacts(std::size_t i, std::vector<Wall
     add();
 }
 
-CapsuleDem::State::WallContact& CapsuleDem::State::wall_contact(std::size_t i, const WallTouch& touch) {
+CapsuleDem::State::WallContact& CapsuleDem::State::wall_contact(std::size_t i, const WallContactPoint& touch) {
     if (touch.rim == 0) return walls_[bodies_[i].first_wall + touch.history];
     auto& list = rim_contacts_[i];
     const auto found = std::find_if(list.begin(), list.end(), [&](const RimContact& one) { return one.rim == touch.rim; });

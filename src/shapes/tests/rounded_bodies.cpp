@@ -15,8 +15,8 @@
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "shapes/config.hpp"
+#include "shapes/distance.hpp"
 #include "shapes/torus.hpp"
-#include "shapes/touch.hpp"
 #include "support/basics.hpp"
 
 namespace porepack::shapes {

@@ -117,10 +117,10 @@ public:
         layer_of_block = on_device(*device, blocks.layer_of_block);
         layer = on_device(*device, blocks.layer);
         block_of_layer = on_device(*device, blocks.block_of_layer);
-        std::uint64_t most_blocks = 0;
-        for (const LayerBlocks::Batch& batch : blocks.batches) most_blocks = std::max(most_blocks, batch.blocks);
+        std::uint64_t max_blocks = 0;
+        for (const LayerBlocks::Batch& batch : blocks.batches) max_blocks = std::max(max_blocks, batch.blocks);
         of_nodes = device->allocate(4 * sizeof(double) * std::min(LayerBlocks::batch_nodes, chunks * chunk_nodes));
-        of_blocks = device->allocate(quantities * sizeof(double) * most_blocks);
+        of_blocks = device->allocate(quantities * sizeof(double) * max_blocks);
     }
     [[nodiscard]] std::unique_ptr<Flow> start(const Scheme& scheme) const override;
 

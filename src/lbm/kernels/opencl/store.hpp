@@ -16,7 +16,7 @@ namespace porepack::lbm::opencl {
 template <typename Real>
 class Store {
 public:
-    static constexpr std::size_t most_pieces = 8;  ///< as many arguments has a kernel of lattice.cl
+    static constexpr std::size_t max_pieces = 8;  ///< as many arguments has a kernel of lattice.cl
 
     /// MachineError where the memory of the device is too small.
     Store(devices::Device& device, std::size_t numbers) : device_(device) {
@@ -31,7 +31,7 @@ public:
                 throw;
             } catch (const core::MachineError&) {
                 pieces_.clear();
-                if (2 * count > most_pieces) throw;  // half as large ones may be too many
+                if (2 * count > max_pieces) throw;  // half as large ones may be too many
             }
         }
     }
@@ -42,7 +42,7 @@ public:
         return sum;
     }
     void add_arguments(std::vector<devices::Argument>& list) const {
-        for (std::size_t p = 0; p < (pieces() > 1 ? most_pieces : 1); ++p) list.emplace_back(*pieces_[std::min(p, pieces() - 1)]);
+        for (std::size_t p = 0; p < (pieces() > 1 ? max_pieces : 1); ++p) list.emplace_back(*pieces_[std::min(p, pieces() - 1)]);
         if (pieces() > 1) list.emplace_back(static_cast<std::uint32_t>(bits_));
     }
     void read(std::size_t first, std::span<Real> numbers) const {

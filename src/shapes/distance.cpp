@@ -1,4 +1,4 @@
-#include "shapes/touch.hpp"
+#include "shapes/distance.hpp"
 
 #include <algorithm>
 #include <array>
