@@ -17,7 +17,7 @@ html_title = f"PorePack {version}"
 # Every page, in the order in which it is read; a test demands that none is missing.
 PAGES = {
     "Start here": ["docs/start"],
-    "Tutorials": [f"docs/tutorials/{name}" for name in ("own_grain", "own_stone", "own_mesh", "level_curve", "own_study", "cluster", "python")],
+    "Tutorials": [f"docs/tutorials/{name}" for name in ("own_grain", "own_stone", "own_mesh", "level_curve", "own_study", "cluster", "gpu", "python")],
     "How to": [
         f"docs/{name}"
         for name in (
