@@ -75,16 +75,28 @@ def mean_of(values):
 
 
 class Rows:
-    def __init__(self, path, control=False):
-        self.path, self.control, self.rows = pathlib.Path(path), control, []
+    """A table of rows, written after each one. With `only`, other rows stay as they are in the stored table, and are not wanted again."""
+
+    def __init__(self, path, stored, only=None, control=False):
+        self.path, self.only, self.control, self.rows = pathlib.Path(path), only, control, []
+        if only and stored.exists():
+            with open(stored, newline="") as file:
+                self.rows = list(csv.reader(file))[1:]
+
+    def wanted(self, item):
+        return not self.only or self.only in item
 
     def add(self, item, value, half_width, command, change=None, version=None, date=None):
         """`version` and `date` of rows that are not computed now, but stored."""
-        row = [item, f"{value:.6g}", f"{value - half_width:.6g}", f"{value + half_width:.6g}", command]
+        row = [change] * self.control + [item, f"{value:.6g}", f"{value - half_width:.6g}", f"{value + half_width:.6g}", command]
         row += [date or datetime.date.today().isoformat(), version or VERSION]
-        self.rows.append([change] * self.control + row)
+        same = [k for k, stored in enumerate(self.rows) if stored[: 1 + self.control] == row[: 1 + self.control]]
+        if same:
+            self.rows[same[0]] = row
+        else:
+            self.rows.append(row)
         self.write()
-        print(self.rows[-1], flush=True)
+        print(row, flush=True)
 
     def write(self):
         columns = ["change"] * self.control + ["item", "value", "low", "high", "command", "date", "version"]
@@ -99,9 +111,14 @@ VERSION = subprocess.run([POREPACK, "--version"], capture_output=True, text=True
 
 def subject(folder, compute):
     """Calls compute(ours, control, scratch folder)."""
-    parser = argparse.ArgumentParser(description=f"Computes ours.csv and control.csv of {pathlib.Path(folder).name}.")
+    folder = pathlib.Path(folder)
+    parser = argparse.ArgumentParser(description=f"Computes ours.csv and control.csv of {folder.name}.")
     parser.add_argument("--output", default=folder, help="folder for both tables; default: that of the subject")
-    output = pathlib.Path(parser.parse_args().output)
+    parser.add_argument("--only", metavar="TEXT", help="only the quantities whose names contain it; the others keep their stored rows")
+    arguments = parser.parse_args()
+    output = pathlib.Path(arguments.output)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        compute(Rows(output / "ours.csv"), Rows(output / "control.csv", control=True), pathlib.Path(scratch))
+        ours = Rows(output / "ours.csv", folder / "ours.csv", arguments.only)
+        control = Rows(output / "control.csv", folder / "control.csv", arguments.only, control=True)
+        compute(ours, control, pathlib.Path(scratch))
