@@ -141,9 +141,9 @@ public:
     }
 
     // The mean in time, in a cell that is periodic along the flow: there the mean drag balances the force.
-    MeanFlow average(double viscosity, double force, double wanted_speed, double length_lu, double faster, double denser) {
+    MeanFlow average(double viscosity, double force, double wanted_speed, double length_lu, Model model, double faster, double denser) {
         const InertialCriterion::InTime& criterion = *criterion_.in_time;
-        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = Model::recursive};
+        Scheme scheme{.tau = 0.5 + 3.0 * viscosity, .walls = Walls::interpolated, .model = model};
         scheme.force[2] = force;
         const std::unique_ptr<Flow> flow = start(Kernel::cpu_single, scheme);  // rounding is far below the statistical error
         disturb(wanted_speed / faster);
@@ -158,6 +158,10 @@ public:
         keep(*flow);
         return mean;
     }
+
+    // Density and velocity of the nodes, from which the next flow starts.
+    [[nodiscard]] const std::vector<Moments>& fields() const { return moments_; }
+    void set_fields(std::vector<Moments> fields) { moments_ = std::move(fields); }
 
     // Pressure gradient of the section's resistance, and the mean over the whole image that balances the drag.
     [[nodiscard]] double resistance() const { return resistance_; }
@@ -230,67 +234,83 @@ double expected_resistance(const InertialSeries& known, double wanted) {
 // A flow, in lattice units.
 struct State {
     double viscosity, speed, force, permeability;
+    bool two_times_stable = true;  ///< in means in time
 };
 
-// What the walls of means in time do to k of creeping flow, relative to the steady scheme, at this viscosity (Re 0.001); `state` becomes
-// that of this flow.
-double wall_error(Series& series, const InertialSeries& known, double length_lu, double viscosity, State& state) {
+// What the walls of the recursive collision do to k of creeping flow, relative to the steady scheme, at this viscosity (Re 0.001). The
+// fields stay those of `state`.
+double wall_error(Series& series, const InertialSeries& known, double length_lu, double viscosity, const State& state) {
     const double k_lu = known.creeping_permeability_m2 / (known.voxel_size_m * known.voxel_size_m), speed = 1e-3 * viscosity / length_lu,
                  force = viscosity * speed / k_lu;
+    std::vector<Moments> fields = series.fields();
     const StokesRun run =
         series.solve(viscosity, force, Model::recursive, speed / state.speed, force / state.force, state.permeability / viscosity);
+    series.set_fields(std::move(fields));
     if (!run.converged)
         throw NumericalError(fmt::format("creeping flow by the scheme of means in time is not steady after {} steps", run.steps),
                              {.fix = "raise max_steps, or use smaller Reynolds numbers"});
-    state = {.viscosity = viscosity, .speed = run.superficial_velocity_lu, .force = force, .permeability = run.permeability_lu};
-    return run.permeability_lu / k_lu - 1.0;
+    const double error = run.permeability_lu / k_lu - 1.0;
+    if (std::abs(error) > largest_wall_error)
+        throw NumericalError(
+            fmt::format("the walls of means in time change k by {:.0f} % (at most {:.0f} %) on voxels of {:.3g} m; about {:.2g} m would do",
+                        100.0 * error, 100.0 * largest_wall_error, known.voxel_size_m,
+                        known.voxel_size_m * std::pow(0.8 * largest_wall_error / std::abs(error), 1.0 / 1.5)));
+    return error;
 }
 
 struct Planned {
-    double reynolds, viscosity, walls;  // wall_error() of a mean in time, else 0
+    double reynolds, viscosity;
 };
 // The flows that this grid can resolve; else `known.stopped_by` says why.
-std::vector<Planned> plan_flows(Series& series, InertialSeries& known, const InertialCriterion& criterion, std::span<const double> reynolds,
-                                double length_lu, State& state) {
+std::vector<Planned> plan_flows(InertialSeries& known, bool in_time, std::span<const double> reynolds, double length_lu) {
     std::vector<Planned> plan;
     for (const double wanted : reynolds) {
         const double viscosity = std::min(creeping_viscosity_lu, fastest_allowed_lu / known.peak_over_mean * length_lu / wanted);
-        if (viscosity < (criterion.in_time ? slowest_in_time_lu : slowest_viscosity_lu)) {
+        if (viscosity < (in_time ? slowest_in_time_lu : slowest_viscosity_lu)) {
             known.stopped_by = fmt::format("Re {:g} needs smaller voxels than {:.4g} m", wanted, known.voxel_size_m);
-            return plan;
+            break;
         }
-        double walls = 0.0;
-        if (criterion.in_time && !plan.empty() && plan.back().viscosity == viscosity)
-            walls = plan.back().walls;
-        else if (criterion.in_time)
-            try {
-                walls = wall_error(series, known, length_lu, viscosity, state);
-            } catch (const NumericalError& fault) {
-                known.stopped_by = fmt::format("Re {:g}: {}", wanted, fault.what());
-                return plan;
-            }
-        if (std::abs(walls) > largest_wall_error) {
-            known.stopped_by = fmt::format(
-                "Re {:g}: the walls of means in time change k by {:.0f} % (at most {:.0f} %) on voxels of {:.3g} m; about {:.2g} m would "
-                "do",
-                wanted, 100.0 * walls, 100.0 * largest_wall_error, known.voxel_size_m,
-                known.voxel_size_m * std::pow(0.8 * largest_wall_error / std::abs(walls), 1.0 / 1.5));
-            return plan;
-        }
-        plan.push_back({wanted, viscosity, walls});
+        plan.push_back({wanted, viscosity});
     }
     return plan;
 }
 
+// A mean in time, from the fields of `state`: by two relaxation times, whose walls are as accurate as those of steady flows, as long as
+// they are stable; then by the recursive collision, with the error of its walls.
+struct TimeAverage {
+    MeanFlow mean;
+    double force;
+    double walls = 0.0;
+};
+TimeAverage average(Series& series, const InertialSeries& known, double length_lu, double viscosity, double force, double speed,
+                    State& state) {
+    const double faster = speed / state.speed, denser = force / state.force;
+    if (state.two_times_stable) {
+        std::vector<Moments> fields = series.fields();
+        try {
+            return {series.average(viscosity, force, speed, length_lu, Model::navier_stokes, faster, denser), force};
+        } catch (const FlowDiverged&) {
+            log_info("two relaxation times are not stable any more: a more stable collision, with less accurate walls, from here on");
+            state.two_times_stable = false;
+            series.set_fields(std::move(fields));
+        }
+    }
+    const double walls = wall_error(series, known, length_lu, viscosity, state), weaker = force / (1.0 + walls);
+    return {series.average(viscosity, weaker, speed, length_lu, Model::recursive, faster, weaker / state.force), weaker, walls};
+}
+
 // The flow that should have the wanted Reynolds number; `state` becomes its own.
 InertialFlow next_flow(Series& series, const InertialSeries& known, const InertialCriterion& criterion, double length_lu, double wanted,
-                       double viscosity, double walls, State& state) {
-    const double h2 = known.voxel_size_m * known.voxel_size_m, speed = wanted * viscosity / length_lu,
-                 force = viscosity * speed * expected_resistance(known, wanted) / (1.0 + walls) * series.gradient() / series.resistance();
-    const double faster = speed / state.speed, denser = force / state.force;
+                       double viscosity, State& state) {
+    const double h2 = known.voxel_size_m * known.voxel_size_m, speed = wanted * viscosity / length_lu;
+    double force = viscosity * speed * expected_resistance(known, wanted) * series.gradient() / series.resistance();
+    double walls = 0.0;
     InertialFlow flow{.relaxation_time = 0.5 + 3.0 * viscosity};
     if (criterion.in_time) {
-        const MeanFlow mean = series.average(viscosity, force, speed, length_lu, faster, denser);
+        const TimeAverage found = average(series, known, length_lu, viscosity, force, speed, state);
+        const MeanFlow& mean = found.mean;
+        force = found.force;
+        walls = found.walls;
         state.speed = mean.superficial_velocity_lu;
         flow.converged = mean.converged;
         flow.fastest_lu = mean.fastest_lu;
@@ -309,7 +329,8 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
                 fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers),
                 {.fix = "raise forchheimer.max_turnovers, or accept less certain means with statistical_tolerance"});
     } else {
-        const StokesRun run = series.solve(viscosity, force, Model::navier_stokes, faster, denser, state.permeability / viscosity);
+        const StokesRun run =
+            series.solve(viscosity, force, Model::navier_stokes, speed / state.speed, force / state.force, state.permeability / viscosity);
         state.speed = run.superficial_velocity_lu;
         flow.iteration_error = run.iteration_error;
         flow.converged = run.converged;
@@ -341,6 +362,7 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
     Series series(space, voxel_size_m, criterion, parts);
     const double h = series.voxel_size(), length_lu = length_m / h;
     State state{.viscosity = creeping_viscosity_lu, .speed = 0.0, .force = 1e-6, .permeability = 0.0};
+    if (criterion.in_time) state.two_times_stable = criterion.in_time->accurate_while_stable;
     const StokesRun creeping = series.solve(state.viscosity, state.force, Model::stokes, 0.0, 0.0, 0.0);
     if (!creeping.converged)
         throw NumericalError(fmt::format("creeping flow is not steady after {} steps; no permeability is given", creeping.steps),
@@ -354,9 +376,9 @@ InertialSeries lbm_inertial_flows(const PoreSpace& space, double voxel_size_m, s
                           .peak_over_mean = series.fastest() / state.speed,
                           .flows = {},
                           .stopped_by = {}};
-    for (const auto& [wanted, viscosity, walls] : plan_flows(series, result, criterion, reynolds, length_lu, state)) {
+    for (const auto& [wanted, viscosity] : plan_flows(result, criterion.in_time.has_value(), reynolds, length_lu)) {
         try {
-            const InertialFlow flow = next_flow(series, result, criterion, length_lu, wanted, viscosity, walls, state);
+            const InertialFlow flow = next_flow(series, result, criterion, length_lu, wanted, viscosity, state);
             if (!result.flows.empty() && flow.reynolds <= result.flows.back().reynolds) {
                 log_warning(fmt::format("the flow that should have Re {:g} has {:.4g}, no more than the one before: it is left out", wanted,
                                         flow.reynolds));

@@ -25,6 +25,9 @@ struct InertialCriterion {
     struct InTime {
         double tolerance = 0.02;     ///< relative half width of the 95 % interval of the mean velocity
         double max_turnovers = 800;  ///< a flow whose mean is not known then ends the series
+        /// Two relaxation times, with their accurate walls, up to the first flow for which they are not stable; false: the recursive
+        /// collision from the first flow on, to compare them.
+        bool accurate_while_stable = true;
     };
     std::optional<InTime> in_time = {};
     std::shared_ptr<devices::Device> device = nullptr;  ///< none: the processor
@@ -34,7 +37,8 @@ struct InertialCriterion {
 /// or that this grid cannot resolve, ends the series. The pressure is constant on the end planes, which should lie in free water beyond
 /// the section or its buffers (reservoir_m). Throws NumericalError when not even creeping flow becomes steady. Without buffers, the cut
 /// faces of the grains are walls, and the permeability follows from the drag (momentum exchange), because the fluxes of momentum
-/// through the two planes differ. Means in time end before the first Reynolds number at which their walls change k by more than 25 %.
+/// through the two planes differ. Means in time by the recursive collision end before the first Reynolds number at which its walls change k
+/// by more than 25 %.
 /// All parts call it, each for its slab.
 [[nodiscard]] InertialSeries lbm_inertial_flows(const pore_space::PoreSpace& space, double voxel_size_m, std::span<const double> reynolds,
                                                 double length_m, const InertialCriterion& criterion,

@@ -56,8 +56,10 @@ InertialFactor inertial_factor(const InertialCurve& fine, const std::optional<In
     const Excess found = excess_at(fine, std::min(reynolds, largest));
     InertialFactor factor{.value = 1.0 + found.value, .half_width = found.error / (1.0 + found.value)};
     if (coarse && !coarse->flows.empty()) {
-        const double on_coarse = 1.0 + excess_at(*coarse, std::min(reynolds, coarse->flows.back().reynolds)).value;
-        factor.half_width = std::hypot(factor.half_width, on_coarse / factor.value - 1.0);
+        // Beyond the last flow of the coarser grid, the change grows in proportion to Re.
+        const double both = std::min({reynolds, largest, coarse->flows.back().reynolds});
+        const double change = (1.0 + excess_at(*coarse, both).value) / (1.0 + excess_at(fine, both).value) - 1.0;
+        factor.half_width = std::hypot(factor.half_width, change * reynolds / both);
     }
     return factor;
 }
