@@ -23,8 +23,8 @@ struct InertialFlow {
     bool converged = false;
     double relaxation_time = 0.0;
     double fastest_lu = 0.0;  ///< maximum velocity on a node; compressibility errors grow with its square
-    /// Of a mean in time, else nothing. The scheme of these flows has less accurate walls; what they do to k is measured on creeping flow
-    /// at the same viscosity, and removed from the permeability.
+    /// Of a mean in time, else nothing. Where the steady scheme is not stable, the collision has less accurate walls; what they do to k is
+    /// measured on creeping flow at the same viscosity, and removed from the permeability.
     struct InTime {
         bool steady = false;                 ///< the flow does not change any more
         double half_width = 0.0;             ///< relative, of the 95 % interval of the mean velocity: statistical
@@ -33,7 +33,7 @@ struct InertialFlow {
         double lateral_share = 0.0;          ///< velocity across the flow over that along it
         double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores by one grain diameter
         double correlation_turnovers = 0.0;
-        double wall_error = 0.0;  ///< k of creeping flow by this scheme over that by the steady one, minus 1
+        double wall_error = 0.0;  ///< k of creeping flow by the recursive collision over that by the steady one, minus 1; 0: the steady one
         /// Relative. After the correction, at most a quarter of the wall error was left (simple cubic spheres, Re up to 20).
         [[nodiscard]] double wall_half_width() const { return 0.5 * std::abs(wall_error); }
     };
