@@ -54,7 +54,7 @@ GrainSize grain_size(const PoreSpace& space) {
 double finest_voxel(const PoreSpace& space, const ForchheimerConfig& config) {
     if (config.voxel_size_m > 0.0) return config.voxel_size_m;
     if (space.grains() || space.closing_radius_m > 0.0)
-        return space.grain_size_m / (config.mean_in_time ? 16.0 : 8.0);  // the walls of means in time are less accurate
+        return space.grain_size_m / (config.mean_in_time ? 16.0 : 8.0);  // their walls may become less accurate
     throw UserError("the voxel size is missing", {.fix = "--voxel-size (metres), or voxel_size_m in [forchheimer]"});
 }
 
@@ -194,12 +194,20 @@ ForchheimerFit fit_lattice(const std::vector<InertialSeries>& grids, double leng
     return fit_forchheimer(curve.permeability_m2, length_m, curve.flows, common);
 }
 
+std::string method_of(const std::vector<InertialFlow>& flows) {
+    if (!flows.front().in_time) return "D3Q19 two relaxation times, full equilibrium, interpolated walls";
+    const auto accurate = [](const InertialFlow& flow) { return flow.in_time->wall_error == 0.0; };
+    const auto first = std::ranges::find_if_not(flows, accurate);
+    const std::string means = "D3Q19, full equilibrium, interpolated walls, means in time; ", other = "recursive regularised collision";
+    if (first == flows.begin()) return means + other;
+    return means + "two relaxation times" + (first == flows.end() ? "" : fmt::format(", from Re {:.3g} on {}", first->reynolds, other));
+}
+
 results::InertiaByLattice lattice_part(const std::vector<InertialSeries>& grids, const ForchheimerFit& fit, double length_m) {
     const InertialSeries &fine = grids.back(), *coarser = grids.size() > 1 ? &grids[grids.size() - 2] : nullptr;
     const bool in_time = fine.flows.front().in_time.has_value();
     const std::optional<double> error = grid_error(grids, length_m);
-    return {.method = in_time ? "D3Q19, recursive regularised collision, interpolated walls, means in time"
-                              : "D3Q19 two relaxation times, full equilibrium, interpolated walls",
+    return {.method = method_of(fine.flows),
             .grids = grids,
             .creeping_permeability_grid_error =
                 coarser != nullptr ? std::optional(std::abs(coarser->creeping_permeability_m2 / fit.permeability_m2 - 1.0)) : std::nullopt,
