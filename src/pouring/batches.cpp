@@ -42,6 +42,20 @@ std::size_t draw(const std::vector<ShapeShare>& shapes, Random& random) {
     return shapes.size() - 1;
 }
 
+// By which the images of a grain in a container with periodic faces are moved; the first by nothing.
+std::vector<Vec3> shifts_of_images(const Container& container) {
+    std::vector<Vec3> shifts = {Vec3::Zero()};
+    for (const int axis : {0, 1}) {
+        if (!container.periodic()[static_cast<std::size_t>(axis)]) continue;
+        const Vec3 step = (container.high()[axis] - container.low()[axis]) * Vec3::Unit(axis);
+        for (std::size_t i = 0, before = shifts.size(); i < before; ++i) {
+            shifts.push_back(shifts[i] + step);
+            shifts.push_back(shifts[i] - step);
+        }
+    }
+    return shifts;
+}
+
 // Poses of one batch: random in a slab at the drop height, without contact with the walls or each other. As many as fit.
 Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& container, const PackingConfig& config, double drop_height,
                  long count, Random& random) {
@@ -51,22 +65,29 @@ Batch make_batch(const std::vector<ShapeShare>& shapes, const Container& contain
     Batch batch;
     std::vector<std::vector<Capsule>> placed;
     std::vector<PlacedShape> placed_bodies;
+    const std::vector<Vec3> shifts = shifts_of_images(container);
     const auto body_fits = [&](const PlacedShape& grain) {
         const auto wall = [&](const Vec3& x) { return container.wall_distance(x); };
         if (reach_beyond(grain, wall) > -clearance) return false;
-        return std::all_of(placed_bodies.begin(), placed_bodies.end(), [&](const PlacedShape& other) {
-            return (grain.position_m - other.position_m).norm() > 2.0 * slab + clearance ||
-                   nearest(grain, other, clearance).gap_m >= clearance;
+        return std::all_of(shifts.begin(), shifts.end(), [&](const Vec3& shift) {
+            const PlacedShape image{grain.shape, grain.position_m + shift, grain.orientation};
+            return std::all_of(placed_bodies.begin(), placed_bodies.end(), [&](const PlacedShape& other) {
+                return (image.position_m - other.position_m).norm() > 2.0 * slab + clearance ||
+                       nearest(image, other, clearance).gap_m >= clearance;
+            });
         });
     };
     const bool faced = std::any_of(shapes.begin(), shapes.end(), [](const ShapeShare& share) { return share.shape.body != nullptr; });
     const auto fits = [&](const std::vector<Capsule>& grain) {
         for (const auto& capsule : grain)
             if (container.vessel().least_distance(capsule.a, capsule.b) < capsule.radius + clearance) return false;
-        for (const auto& other : placed)
-            for (const auto& p : other)
-                for (const auto& q : grain)
-                    if (gap(p, q) < clearance) return false;
+        for (const Vec3& shift : shifts)
+            for (const auto& capsule : grain) {
+                const Capsule image{capsule.a + shift, capsule.b + shift, capsule.radius};
+                for (const auto& other : placed)
+                    for (const auto& p : other)
+                        if (gap(p, image) < clearance) return false;
+            }
         return true;
     };
     for (long n = 0; n < count; ++n) {
