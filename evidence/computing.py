@@ -75,19 +75,25 @@ def mean_of(values):
 
 
 class Rows:
-    """A table of rows, written after each one. With `only`, other rows stay as they are in the stored table, and are not wanted again."""
+    """A table of rows, written after each one. With `only`, other rows stay as they are in the stored table."""
 
     def __init__(self, path, stored, only=None, control=False):
         self.path, self.only, self.control, self.rows = pathlib.Path(path), only, control, []
         if only and stored.exists():
             with open(stored, newline="") as file:
                 self.rows = list(csv.reader(file))[1:]
+            self.write()
+        self.added = 0
 
     def wanted(self, item):
+        """Ask before a long computation; add() does not store what is not wanted."""
         return not self.only or self.only in item
 
     def add(self, item, value, half_width, command, change=None, version=None, date=None):
         """`version` and `date` of rows that are not computed now, but stored."""
+        if not self.wanted(item):
+            return
+        self.added += 1
         row = [change] * self.control + [item, f"{value:.6g}", f"{value - half_width:.6g}", f"{value + half_width:.6g}", command]
         row += [date or datetime.date.today().isoformat(), version or VERSION]
         same = [k for k, stored in enumerate(self.rows) if stored[: 1 + self.control] == row[: 1 + self.control]]
@@ -122,3 +128,5 @@ def subject(folder, compute):
         ours = Rows(output / "ours.csv", folder / "ours.csv", arguments.only)
         control = Rows(output / "control.csv", folder / "control.csv", arguments.only, control=True)
         compute(ours, control, pathlib.Path(scratch))
+    if ours.added + control.added == 0:
+        raise SystemExit(f"no quantity of {folder.name} contains `{arguments.only}`; its names: published.csv")

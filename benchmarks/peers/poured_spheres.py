@@ -4,11 +4,11 @@
     python3 -m venv peers && peers/bin/pip install peclet-dem
     POREPACK=build/porepack peers/bin/python benchmarks/peers/poured_spheres.py poured_spheres.csv
 
-Both drop the same spheres (friction 0.35) from a loose lattice, with small random speeds, until they rest. Columns: porosity between three
+Both drop spheres (friction 0.35) from a lattice of 1.02 diameters, with small random speeds, until they rest. Columns: porosity between three
 diameters above the floor and three below the highest sphere; the largest overlap of two spheres, in diameters; contacts per sphere between
 the same heights (closer than 1e-3 diameters); seconds, one thread each. Peclet moves positions and speeds until constraints hold (XPBD); its
-steps and the number of its iterations are ours to choose. Its bed counts as being at rest at a kinetic energy of 1e-4 m g d per sphere, that
-of PorePack at 1e-6. Without Peclet the script is skipped, and says so.
+steps and the number of its iterations are ours to choose. Its bed counts as being at rest at a kinetic energy of 1e-4 m g d per sphere (else
+the script ends after 3 s), that of PorePack at 1e-6. Without Peclet the script is skipped, and says so.
 """
 
 import csv
@@ -36,15 +36,15 @@ except ImportError as missing:
 
 POREPACK = os.environ.get("POREPACK", "porepack")
 DIAMETER, FRICTION, WIDTH, SPHERES = 0.01, 0.35, 8, 1000  # WIDTH in diameters
-SPACING, STEPS_S, ITERATIONS, LONGEST_S = 1.25, (5e-4, 1e-4), 20, 3.0
+PITCH, STEPS_S, ITERATIONS, LONGEST_S = 1.02, (5e-4, 1e-4), 20, 3.0
 
 
 def start(seed):
-    """Places and speeds on a loose lattice above the floor."""
-    draw, across = random.Random(seed), int(WIDTH / SPACING)
-    pitch = WIDTH / across * DIAMETER
-    places = [((k % across + 0.5) * pitch, (k // across % across + 0.5) * pitch, (k // across**2 + 1) * SPACING * DIAMETER) for k in range(SPHERES)]
-    return np.array(places), np.array([[draw.uniform(-0.1, 0.1) for _ in range(3)] for _ in places])
+    """Places and speeds on a lattice above the floor, at PorePack's pitch."""
+    draw, across = random.Random(seed), int(WIDTH / PITCH)
+    apart = WIDTH / across * DIAMETER
+    places = [((k % across + 0.5) * apart, (k // across % across + 0.5) * apart, (k // across**2 + 0.5) * PITCH * DIAMETER) for k in range(SPHERES)]
+    return np.array(places), np.array([[draw.uniform(-0.1, 0.1), draw.uniform(-0.1, 0.1), 0.0] for _ in places])
 
 
 def cap(height):
@@ -82,8 +82,8 @@ def by_peclet(seed, step_s):
         simulation.step(steps)
         energy = 0.5 * (np.asarray(simulation.get_velocities()) ** 2).sum(1).mean()  # per mass
         if look > 20 and energy < 1e-4 * 9.81 * DIAMETER:
-            break
-    return np.asarray(simulation.get_positions(), dtype=float)
+            return np.asarray(simulation.get_positions(), dtype=float)
+    raise SystemExit(f"Peclet: not at rest after {LONGEST_S:g} s")
 
 
 CASE = f"""
@@ -116,16 +116,16 @@ def by_porepack(seed, folder):
 def main():
     porepack = subprocess.run([POREPACK, "--version"], capture_output=True, text=True).stdout.split("\n")[0].removeprefix("porepack ")
     version = importlib.metadata.version("peclet-dem")
-    rows = [["code", "version", "seed", "porosity", "largest_overlap", "contacts_per_sphere", "seconds"]]
+    rows = [["code", "version", "pitch_of_the_start", "seed", "porosity", "largest_overlap", "contacts_per_sphere", "seconds"]]
     with tempfile.TemporaryDirectory() as folder:
-        for seed in (1, 2, 3):
+        for seed in (1,):
             codes = [(f"Peclet, steps of {dt:g} s", version, lambda dt=dt: by_peclet(seed, dt)) for dt in STEPS_S]
             for code, stated, pour in [*codes, ("PorePack", porepack, lambda: by_porepack(seed, folder))]:
                 begin = time.perf_counter()
                 places = pour()
                 seconds = time.perf_counter() - begin
                 porosity, overlap, contacts = measure(places)
-                rows.append([code, stated, seed, f"{porosity:.4f}", f"{overlap:.2g}", f"{contacts:.2f}", f"{seconds:.1f}"])
+                rows.append([code, stated, PITCH, seed, f"{porosity:.4f}", f"{overlap:.2g}", f"{contacts:.2f}", f"{seconds:.1f}"])
                 print(*rows[-1], flush=True)
     with open(sys.argv[1] if len(sys.argv) > 1 else "poured_spheres.csv", "w", newline="") as output:
         csv.writer(output, lineterminator="\n").writerows(rows)

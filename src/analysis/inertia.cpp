@@ -87,7 +87,7 @@ Path file_of_grid(const Path& folder, long grid) {
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
-    const std::string settings = resolved_config(config).dump() + fmt::format("walls measured {} {} {}", space.section.z0_m,
+    const std::string settings = resolved_config(config).dump() + fmt::format("steady walls while stable {} {} {}", space.section.z0_m,
                                                                               space.section.z1_m, json_of(space.buffers_m).dump());
     const std::shared_ptr<devices::Device> device = config.device == "cpu" ? nullptr : devices::open_device(config.device);
     std::vector<InertialSeries> all;
@@ -339,10 +339,10 @@ Expectation expect_inertia(const PoreSpace& space, const ForchheimerConfig& conf
                  links = expected_links_per_node(porosity, space.grain_size_m / plan.voxel_size_m);
     const double fluid = pore_volume / std::pow(plan.voxel_size_m, 3), flows = static_cast<double>(config.reynolds.size());
     const RunSize size{.cells = cells, .nodes = fluid, .links_per_node = links};
-    Expectation expected{
-        .text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(), config.grids,
-                            plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
-        .memory_bytes = lbm_memory_bytes(size) + cells + (32.0 + 8.0 * links) * fluid};  // voxels, moments and wall links are kept
+    Expectation expected{.text = fmt::format("{} flows on {} grids, the finest {} x {} x {} voxels of {:.4g} m", config.reynolds.size(),
+                                             config.grids, plan.grid.cells[0], plan.grid.cells[1], plan.grid.cells[2], plan.voxel_size_m),
+                         // Voxels, moments (means in time: and a copy) and wall links are kept.
+                         .memory_bytes = lbm_memory_bytes(size) + cells + ((config.mean_in_time ? 64.0 : 32.0) + 8.0 * links) * fluid};
     // Means in time: at least 40 turnovers; a node is passed in about 40 steps.
     const double steps = config.mean_in_time ? 40.0 * 40.0 * grain_size(space).length_m / plan.voxel_size_m : 1000.0;
     expected.wall_time_s = flows * steps * fluid / lattice_updates_per_second;

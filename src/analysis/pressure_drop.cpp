@@ -53,12 +53,15 @@ InertialFactor factor_of(const results::CaseResults& found, const PressureDropQu
                            *reynolds);
 }
 
-std::string meaning_of(const results::CaseResults& found, const InertialFactor& factor) {
+std::string meaning_of(const results::CaseResults& found, const InertialFactor& factor, std::optional<double> reynolds) {
     std::string meaning = "k: " + found.lbm->interval_meaning + "; inertia: ";
     if (!found.forchheimer) return meaning + fmt::format("neglected, about {:.2g} %", 100.0 * factor.half_width);
-    if (found.forchheimer->lbm.grids.size() < 2)
+    const auto& grids = found.forchheimer->lbm.grids;
+    if (grids.size() < 2 || grids[grids.size() - 2].flows.empty())
         return meaning + "errors of the flows on one grid, without its error, and what is uncertain between them";
-    return meaning + "the change to the coarser grid, errors of the flows, and what is uncertain between them";
+    const double last = grids[grids.size() - 2].flows.back().reynolds;
+    return meaning + fmt::format("the change to the coarser grid{}, errors of the flows, and what is uncertain between them",
+                                 *reynolds > last * 1.1 ? fmt::format(" (its last flow has Re {:.3g}; beyond, in proportion)", last) : "");
 }
 
 }  // namespace
@@ -97,7 +100,7 @@ results::PressureDrop pressure_drop(const results::CaseResults& found, const Pre
     result.pressure_gradient_Pa_per_m = gradient.value;
     result.pressure_drop_Pa = gradient.value * result.length_m;
     result.pressure_drop_interval_Pa = {gradient.interval.low * result.length_m, gradient.interval.high * result.length_m};
-    result.interval_meaning = meaning_of(found, factor);
+    result.interval_meaning = meaning_of(found, factor, result.reynolds);
     if (found.uncertainty) {
         const results::Statements* const statements = core::find(found.uncertainty->statements, "permeability_m2");
         const auto& next = statements != nullptr ? statements->next_such_packing.interval : std::nullopt;

@@ -231,8 +231,7 @@ double expected_resistance(const InertialSeries& known, double wanted) {
     return std::clamp(now + slope * (wanted - last.reynolds), now, std::max(now, now * wanted / last.reynolds));
 }
 
-// A flow, in lattice units.
-struct State {
+struct State {  // of a flow, in lattice units
     double viscosity, speed, force, permeability;
     bool two_times_stable = true;  ///< in means in time
 };
@@ -252,16 +251,17 @@ double wall_error(Series& series, const InertialSeries& known, double length_lu,
     const double error = run.permeability_lu / k_lu - 1.0;
     if (std::abs(error) > largest_wall_error)
         throw NumericalError(
-            fmt::format("the walls of means in time change k by {:.0f} % (at most {:.0f} %) on voxels of {:.3g} m; about {:.2g} m would do",
-                        100.0 * error, 100.0 * largest_wall_error, known.voxel_size_m,
-                        known.voxel_size_m * std::pow(0.8 * largest_wall_error / std::abs(error), 1.0 / 1.5)));
+            fmt::format("the walls of means in time change k by {:.0f} % on voxels of {:.3g} m", 100.0 * error, known.voxel_size_m),
+            {.allowed = fmt::format("at most {:.0f} %", 100.0 * largest_wall_error),
+             .fix = fmt::format("voxels of about {:.2g} m",
+                                known.voxel_size_m * std::pow(0.8 * largest_wall_error / std::abs(error), 1.0 / 1.5))});
     return error;
 }
 
 struct Planned {
     double reynolds, viscosity;
 };
-// The flows that this grid can resolve; else `known.stopped_by` says why.
+// Those that this grid can resolve; else `known.stopped_by` says why.
 std::vector<Planned> plan_flows(InertialSeries& known, bool in_time, std::span<const double> reynolds, double length_lu) {
     std::vector<Planned> plan;
     for (const double wanted : reynolds) {

@@ -56,10 +56,11 @@ InertialFactor inertial_factor(const InertialCurve& fine, const std::optional<In
     const Excess found = excess_at(fine, std::min(reynolds, largest));
     InertialFactor factor{.value = 1.0 + found.value, .half_width = found.error / (1.0 + found.value)};
     if (coarse && !coarse->flows.empty()) {
-        // Beyond the last flow of the coarser grid, the change grows in proportion to Re.
-        const double both = std::min({reynolds, largest, coarse->flows.back().reynolds});
-        const double change = (1.0 + excess_at(*coarse, both).value) / (1.0 + excess_at(fine, both).value) - 1.0;
-        factor.half_width = std::hypot(factor.half_width, change * reynolds / both);
+        const double both = std::min({reynolds, largest, coarse->flows.back().reynolds}), here = excess_at(fine, both).value;
+        const double change = (1.0 + excess_at(*coarse, both).value) / (1.0 + here) - 1.0;
+        // Beyond the last flow of the coarser grid, the change grows like the inertia, at least in proportion to Re.
+        const double growth = std::max(reynolds / both, here > 0.0 ? found.value / here : 0.0);
+        factor.half_width = std::hypot(factor.half_width, change * growth);
     }
     return factor;
 }

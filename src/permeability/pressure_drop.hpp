@@ -10,7 +10,7 @@
 namespace porepack::permeability {
 
 /// k / k_apparent at a Reynolds number, and the relative half width of its interval: the change to the coarser grid (beyond its last flow,
-/// growing in proportion to Re), twice the flows' own errors, and what is uncertain between two flows.
+/// growing like the inertia), twice the flows' own errors, and what is uncertain between two flows.
 struct InertialFactor {
     double value = 1.0;
     double half_width = 0.0;

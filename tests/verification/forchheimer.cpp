@@ -231,8 +231,8 @@ TEST(MeanOfSeries, HoldsTheTruthOfCorrelatedSamples) {
 
 constexpr InertialCriterion::InTime recursive = {.accurate_while_stable = false};
 
-// Where the flow is steady, its mean in time is the steady flow: by the same collision to the change that counts as steady, by the
-// recursive one up to its walls, which are of second order, too, but less accurate.
+// Where the flow is steady, its mean in time by the recursive collision is the steady flow, up to the walls: those are of second order,
+// too, but less accurate.
 TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
     const test::KnownFlow array = test::sphere_array(0.343, 15.39949, test::simple_cubic());
     const std::array<double, 2> reynolds = {5.0, 20.0};
@@ -241,11 +241,8 @@ TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
     std::size_t at = 0;
     for (const double cells : {12.0, 18.0, 27.0}) {
         const InertialSeries steady = lbm_inertial_flows(array.space(), 1.0 / cells, reynolds, array.diameter_m, {.tolerance = 1e-5}),
-                             same = lbm_inertial_flows(array.space(), 1.0 / cells, reynolds, array.diameter_m,
-                                                       {.in_time = InertialCriterion::InTime{}}),
                              mean = lbm_inertial_flows(array.space(), 1.0 / cells, reynolds, array.diameter_m, {.in_time = recursive});
         ASSERT_EQ(steady.flows.size(), 2U) << steady.stopped_by.value_or("");
-        ASSERT_EQ(same.flows.size(), 2U) << same.stopped_by.value_or("");
         ASSERT_EQ(mean.flows.size(), 2U) << mean.stopped_by.value_or("");
         EXPECT_TRUE(mean.flows[1].in_time->steady);
         EXPECT_NEAR(mean.flows[1].in_time->lateral_share, 0.0, 1e-3);
@@ -254,12 +251,10 @@ TEST(Inertia, MeansInTimeOfSteadyFlowsAreTheSteadyFlows) {
                 const double later = flow.reynolds - steady.flows[i].reynolds;
                 return flow.permeability_m2 / steady.flows[i].permeability_m2 * (1.0 + later * falls_per_reynolds) - 1.0;
             };
-            EXPECT_EQ(same.flows[i].in_time->wall_error, 0.0);
-            EXPECT_NEAR(difference_to_steady(same.flows[i]), 0.0, 1e-3);
             const auto& in_time = *mean.flows[i].in_time;
             const double left = difference_to_steady(mean.flows[i]);
-            std::printf("  %.0f cells, Re %.1f: walls %+.4f, corrected k differs by %+.4f; same collision %+.5f\n", cells,
-                        mean.flows[i].reynolds, in_time.wall_error, left, difference_to_steady(same.flows[i]));
+            std::printf("  %.0f cells, Re %.1f: walls %+.4f, corrected k differs by %+.4f\n", cells, mean.flows[i].reynolds,
+                        in_time.wall_error, left);
             EXPECT_LE(std::abs(left), in_time.wall_half_width());
         }
         // Without the correction.
@@ -283,7 +278,13 @@ TEST(Inertia, MeansInTimeGiveTheInertialPermeabilityOfTheSteadyScheme) {
     config.mean_in_time = true;
     const results::Forchheimer mean = compute_inertial_flows(space, {}, config, folder.path()).result;
     std::printf("  k_in %.4g m, by means in time %.4g m\n", steady.inertial_permeability_m, mean.inertial_permeability_m);
+    // Errors of 1e-3 of the steady flows over the 4 % by which k falls between the last two.
     EXPECT_NEAR(mean.inertial_permeability_m / steady.inertial_permeability_m, 1.0, 0.03);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const lbm::InertialFlow &one = mean.lbm.grids[0].flows[i], &other = steady.lbm.grids[0].flows[i];
+        EXPECT_NEAR(one.permeability_m2 / other.permeability_m2, 1.0, 2e-3 + 0.004 * std::abs(one.reynolds - other.reynolds)) << i;
+    }
+    EXPECT_TRUE(test::has(mean.lbm.method, "two relaxation times")) << mean.lbm.method;
     for (const lbm::InertialFlow& flow : mean.lbm.grids[0].flows) EXPECT_EQ(flow.in_time->wall_error, 0.0);
     const std::array<double, 1> slow = {0.5};
     const InertialSeries other = lbm_inertial_flows(space, config.voxel_size_m, slow, array.diameter_m, {.in_time = recursive});
@@ -329,6 +330,8 @@ TEST(Inertia, FlowsThatAreNotSteadyHaveAMean) {
     std::printf("  Re %.0f: k/k0 %.4f +- %.4f, varies by %.4f, %.0f turnovers, %.1f s\n", last.reynolds,
                 last.permeability_m2 / series.creeping_permeability_m2, last.in_time->half_width, last.in_time->fluctuation,
                 last.in_time->turnovers, last.seconds);
+    EXPECT_EQ(series.flows.front().in_time->wall_error, 0.0);  // two relaxation times
+    EXPECT_NE(last.in_time->wall_error, 0.0);                  // the more stable collision
     EXPECT_FALSE(last.in_time->steady);
     EXPECT_GT(last.in_time->fluctuation, 1e-3);  // ten times the change at which a flow counts as steady
     EXPECT_LT(last.in_time->half_width, 0.05);

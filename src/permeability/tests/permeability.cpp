@@ -96,6 +96,10 @@ TEST(PressureDrop, IsThatOfTheFlowsItComesFrom) {
     const InertialFactor beyond =
         inertial_factor(flows_of(straight, {2, 5, 10, 20}), flows_of([](double re) { return 0.025 * re; }, {2, 5, 10}), 20.0);
     EXPECT_NEAR(beyond.half_width, 2.0 * 0.05 / 1.2, 1e-3);
+    // Weak inertia: four times.
+    const InertialFactor quadratic =
+        inertial_factor(flows_of(weak, {2, 5, 10, 20}), flows_of([](double re) { return 1.2e-3 * re * re; }, {2, 5, 10}), 20.0);
+    EXPECT_NEAR(quadratic.half_width, 4.0 * 0.02 / 1.1, 1e-3);
     EXPECT_TRUE(test::has(test::message_of<core::UserError>([&] {
                               (void)inertial_factor(flows_of(straight, {2, 5, 10}), {}, 11.0);
                           }),

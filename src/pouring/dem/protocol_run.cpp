@@ -139,7 +139,8 @@ void ProtocolRun::require_time(const char* what) const {
     const double limit = in_box() ? 10.0 * config_.settle_time_s : config_.settle_time_s;
     if (static_cast<double>(steps_in_phase()) * dt_ > limit)
         throw NumericalError(fmt::format("the grains are not at rest {:g} s after step {} of [protocol], {}", limit, at_.step + 1, what),
-                             {.fix = "raise settle_time_s, or shorten time_step_s"});
+                             {.fix = at_.friction > 0.0 ? "raise settle_time_s, or shorten time_step_s"
+                                                        : "a friction of 0.01 in this step: without any, round grains may turn for ever"});
 }
 
 // Under a plate that stays, no grain sleeps.
