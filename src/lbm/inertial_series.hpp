@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/members.hpp"
+#include "lbm/stokes_run.hpp"
 #include "pore_space/stretch.hpp"
 
 namespace porepack::lbm {
@@ -40,6 +41,7 @@ struct InertialFlow {
     std::optional<InTime> in_time = {};
     long steps = 0;
     double seconds = 0.0;
+    std::vector<ConvergencePoint> history = {};  ///< of a steady flow; not written
     /// Of the permeability, relative, independent of the other flows: iteration error, or the standard error of the mean in time.
     [[nodiscard]] double error() const { return in_time ? in_time->half_width / 1.96 : iteration_error; }
 };

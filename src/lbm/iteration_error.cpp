@@ -12,16 +12,27 @@ double first_order_change(const ConvergencePoint& point) {
                     std::abs(point.expected_volume_lu / point.permeability_volume_lu - 1.0));
 }
 
+constexpr double slowest_ratio = 0.85;  // of successive changes: slow drifts decay with a power of the time, not exponentially
+
 // Relative change that remains if the last two changes over `apart` checks continue geometrically. Alternating changes, which the first
 // order contains, count with a fifth.
 double remaining_change(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value, std::size_t apart) {
-    constexpr double slowest_ratio = 0.85;  // of successive changes: slow drifts decay with a power of the time, not exponentially
     const std::size_t last = history.size() - 1;
     const double now = history[last].*value, middle = history[last - apart].*value, first = history[last - 2 * apart].*value;
     const double change = now - middle, change_before = middle - first;
     if (change == 0.0) return 0.0;
     const double ratio = change_before == 0.0 ? slowest_ratio : std::min(slowest_ratio, std::abs(change / change_before));
     return std::abs(change / now) * (change * change_before < 0.0 ? 0.2 : ratio / (1.0 - ratio));
+}
+
+// What `value` has covered from the check `from` to the check `to`, both inclusive.
+double range(const std::vector<ConvergencePoint>& history, double ConvergencePoint::*value, std::size_t from, std::size_t to) {
+    double low = history[from].*value, high = low;
+    for (std::size_t i = from + 1; i <= to; ++i) {
+        low = std::min(low, history[i].*value);
+        high = std::max(high, history[i].*value);
+    }
+    return high - low;
 }
 
 }  // namespace
@@ -68,6 +79,23 @@ double iteration_error(const std::vector<ConvergencePoint>& history) {
     return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
 }
 
+double iteration_error_with_inertia(const std::vector<ConvergencePoint>& history) {
+    constexpr std::size_t min_checks = 12;
+    constexpr double least = 0.5;  // of what the last checks have covered
+    const std::size_t n = history.size();
+    if (n < min_checks) return 1.0;
+    double further = 0.0;
+    for (const std::size_t apart : {n / 5, n / 3})
+        for (const auto value : {&ConvergencePoint::permeability_lu, &ConvergencePoint::permeability_volume_lu}) {
+            const double late = range(history, value, n - 1 - apart, n - 1),
+                         before = range(history, value, n - 1 - 2 * apart, n - 1 - apart);
+            const double ratio = before == 0.0 ? slowest_ratio : std::min(slowest_ratio, late / before);
+            further = std::max(further, std::max(least, ratio / (1.0 - ratio)) * late / std::abs(history.back().*value));
+        }
+    const double estimate = 2.0 * further;
+    return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
+}
+
 bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
     constexpr std::size_t parts = 4, min_checks = 20;  // of 40 steps
     constexpr double growth = 1.5;
@@ -75,13 +103,9 @@ bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
     if (n < min_checks) return false;
     double before = 0.0;
     for (std::size_t first = n - 1 - parts * checks; first + 1 < n; first += checks) {
-        double low = history[first].expected_lu, high = low;
-        for (std::size_t i = first + 1; i <= first + checks; ++i) {
-            low = std::min(low, history[i].expected_lu);
-            high = std::max(high, history[i].expected_lu);
-        }
-        if (!(high - low > growth * before)) return false;
-        before = high - low;
+        const double here = range(history, &ConvergencePoint::expected_lu, first + 1, first + checks);
+        if (!(here > growth * before)) return false;
+        before = here;
     }
     return before > tolerance * std::abs(history.back().permeability_lu);
 }

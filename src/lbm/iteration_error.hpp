@@ -34,6 +34,12 @@ struct Unsteadiness {
 /// permeabilities. 1 before the third check. Calibrated on random slow flows (`porepack benchmark iteration`).
 [[nodiscard]] double iteration_error(const std::vector<ConvergencePoint>& history);
 
+/// The same for a flow with inertia, whose steady permeability is not known to first order: twice the change that remains of k, from
+/// what k has covered in the last fifth and in the last third of the checks and in as many before. At least as much as in the last ones,
+/// so that no k that stands still for a moment, nor one that swings, is taken for a steady one. 1 before the twelfth check. How often it
+/// holds: `porepack benchmark iteration`.
+[[nodiscard]] double iteration_error_with_inertia(const std::vector<ConvergencePoint>& history);
+
 /// Whether the flow grows instead of becoming steady, which walls in pores of a few nodes can cause: the second half of the checks, in four
 /// equal parts, has ranges of the expected permeability that grow by a factor of 1.5 or more from part to part, the last above the
 /// tolerance (relative). Slow modes pass this by: their changes become smaller with time, and what they add to the estimated error as the

@@ -25,7 +25,8 @@ void measure_velocities(const Flow& flow, const Domain& domain, const FlowSectio
 }
 
 // k and everything else that a check computes, from the layers now and `apart` steps before.
-void check(StokesRun& run, const Layers& before, long apart, const Domain& domain, const Scheme& scheme, const FlowSection& section) {
+void check(StokesRun& run, const Layers& before, long apart, const Domain& domain, const Scheme& scheme, const FlowSection& section,
+           long min_steps) {
     const auto first = static_cast<std::size_t>(section.first_layer), last = static_cast<std::size_t>(section.last_layer);
     const Drive& drive = domain.drive;
     const double force = scheme.force[static_cast<std::size_t>(drive.axis)];
@@ -50,7 +51,10 @@ void check(StokesRun& run, const Layers& before, long apart, const Domain& domai
                            .expected_lu = rest.expected(run.permeability_lu),
                            .expected_volume_lu = rest.expected_volume(run.permeability_volume_lu),
                            .flow_imbalance = run.flow_imbalance});
-    const double estimate = run.history.back().iteration_error = iteration_error(run.history);
+    const double estimate = !scheme.inertia()       ? iteration_error(run.history)
+                            : run.steps < min_steps ? 1.0
+                                                    : iteration_error_with_inertia(run.history);
+    run.history.back().iteration_error = estimate;
     run.iteration_error = estimate + drift_per_imbalance * run.flow_imbalance;
     if (!drive.by_pressure() && force != 0.0) {
         const double drop = 3.0 * force * static_cast<double>(domain.layers());
@@ -111,7 +115,7 @@ StokesRun run_to_steady(Flow& flow, const Domain& domain, const Scheme& scheme, 
         if (!std::isfinite(sum) || (force != 0.0 && std::abs(sum) > momentum_bound))
             throw FlowDiverged(fmt::format("the flow diverged within {} steps", run.steps),
                                {.fix = "choose relaxation_time between 0.55 and 2"});
-        check(run, before, apart, domain, scheme, section);
+        check(run, before, apart, domain, scheme, section, criterion.min_steps);
         run.converged = is_steady(run.history, criterion.tolerance);
         if (criterion.stop_when_growing && !run.converged && grows(run.history, criterion.tolerance))
             throw FlowDiverged(fmt::format("the flow grows instead of becoming steady, at step {}", run.steps),

@@ -21,6 +21,7 @@ struct ConvergenceCriterion {
     double tolerance = 1e-4;         ///< of the estimated relative iteration error of k
     long max_steps = 200000;         ///< then the run ends without having converged; raise it for long beds
     long steps_per_check = 40;       ///< even; the error is estimated this often, at the cost of about a step
+    long min_steps = 0;              ///< with inertia: the estimated error is 1 before this step
     bool balance = true;             ///< correct the pressure along the flow at each check; Stokes flow only
     double max_seconds = 1e300;      ///< wall time; then the run ends without having converged
     bool stop_when_growing = false;  ///< FlowDiverged when the flow grows (iteration_error.hpp)

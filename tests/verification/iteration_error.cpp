@@ -11,6 +11,7 @@
 #include "pore_space/walls.hpp"
 #include "support/arrays.hpp"
 #include "support/helpers.hpp"
+#include "support/inertial_runs.hpp"
 #include "support/slow_flows.hpp"
 
 namespace porepack {
@@ -59,6 +60,29 @@ TEST(IterationError, TheEnergyRateIsTheRemainingChange) {
         }
         EXPECT_GE(compared, 2);
     }
+}
+
+// Other flows than those of the calibration; `porepack benchmark iteration` runs more and finer ones. The estimate for creeping flow is the
+// control: a flow that starts from another one seems steady at first.
+TEST(IterationError, IsAtMostTwiceTheEstimateWithInertia) {
+    int cases = 0, within = 0, missed_without = 0;
+    for (const InertialRun& flow : random_inertial_runs(5, 8, 10.0, 1e-5))
+        for (const double tolerance : {1e-2, 1e-3}) {
+            SlowRun other = flow.run;
+            for (std::size_t i = 0; i < other.history.size(); ++i)
+                other.history[i].iteration_error =
+                    iteration_error({flow.run.history.begin(), flow.run.history.begin() + static_cast<long>(i) + 1});
+            const auto stop = flow.run.stop(tolerance), without = other.stop(tolerance);
+            if (!stop || !without) continue;
+            ++cases;
+            within += stop->error <= stop->estimate ? 1 : 0;
+            missed_without += without->error > 5.0 * without->estimate ? 1 : 0;
+            EXPECT_LE(stop->error, 2.0 * stop->estimate) << flow.name << ", Re " << flow.reynolds << ", tolerance " << tolerance;
+        }
+    std::printf("  %d of %d within the estimate; the one for creeping flow misses %d by a factor of five\n", within, cases, missed_without);
+    EXPECT_GE(cases, 40);
+    EXPECT_GE(within, 0.9 * cases);
+    EXPECT_GE(missed_without, 2);
 }
 
 // A wide gap and a narrow one, far apart: the pressure between them takes most of the steps.
