@@ -47,8 +47,8 @@ namespace porepack::benchmarks {
 /// Flows that are not steady: stability of the collisions, and the friction of arrays of spheres; writes stability.csv and friction.csv
 /// into `folder` (or ./inertia_study).
 [[nodiscard]] core::Json inertia_benchmark(bool quick, const core::Path& folder);
-/// The estimated iteration error of k against the true one, on random flows that are slow to become steady; writes into `folder` (or
-/// ./iteration_study).
+/// The estimated iteration error of k against the true one, on random flows that are slow to become steady, without and with
+/// inertia; writes into `folder` (or ./iteration_study).
 [[nodiscard]] core::Json iteration_benchmark(bool quick, const core::Path& folder);
 /// k of a section in its bed: pressure on a plane, length of the buffers, k against the length of the section; writes section_length.svg
 /// into `folder` (or ./section_study).

@@ -9,6 +9,7 @@
 
 #include "benchmarks/benchmarks.hpp"
 #include "core/json.hpp"
+#include "core/parallel.hpp"
 #include "core/table.hpp"
 #include "support/inertial_runs.hpp"
 #include "support/slow_flows.hpp"
@@ -29,6 +30,7 @@ public:
         return stop;
     }
     [[nodiscard]] Json json() {
+        if (ratios_.empty()) return {{"runs", 0}};
         const auto share = [&](double least) {
             return static_cast<double>(std::count_if(ratios_.begin(), ratios_.end(), [&](double r) { return r >= least; })) /
                    static_cast<double>(ratios_.size());
@@ -57,8 +59,7 @@ Json of_creeping_flows(bool quick, const Path& file) {
         const std::vector<SlowFlow> flows = random_slow_flows(seed, quick ? 20 : 100);
         std::vector<SlowRun> runs(flows.size());
         // One flow per thread: they are small.
-#pragma omp parallel for schedule(dynamic)
-        for (std::size_t i = 0; i < flows.size(); ++i) runs[i] = run_until_constant(flows[i], 60000);
+        parallel_for(flows.size(), [&](std::size_t i) { runs[i] = run_until_constant(flows[i], 60000); });
         for (std::size_t i = 0; i < flows.size(); ++i) {
             const SlowFlow& flow = flows[i];
             if (!runs[i].constant) ++not_steady;

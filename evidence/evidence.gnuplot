@@ -1,10 +1,10 @@
-set terminal svg size 760,1127 font 'DejaVu Sans,11' background 'white'
+set terminal svg size 760,1178 font 'DejaVu Sans,11' background 'white'
 set output 'evidence.svg'
 set grid lc rgb '#dddddd'
 set border 3
 set tics nomirror
 data = 'evidence.dat'
-places = 61
+places = 64
 # Ours over what others published. Given: data, places (rows of the picture).
 # The data: place, ours over published, its low and high end, low and high end of the published value over itself, subject, quantity.
 set xlabel 'ours over published (gray: 2 u of what was published)'

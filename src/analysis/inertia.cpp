@@ -87,7 +87,7 @@ Path file_of_grid(const Path& folder, long grid) {
 std::vector<InertialSeries> lattice_series(const PoreSpace& space, const ForchheimerConfig& config, double length_m, const Path& folder) {
     PoreSpace pores = space;
     pores.reservoir_m = water_depth(space);
-    const std::string settings = resolved_config(config).dump() + fmt::format("steady walls while stable {} {} {}", space.section.z0_m,
+    const std::string settings = resolved_config(config).dump() + fmt::format("watched for half a turnover {} {} {}", space.section.z0_m,
                                                                               space.section.z1_m, json_of(space.buffers_m).dump());
     const std::shared_ptr<devices::Device> device = config.device == "cpu" ? nullptr : devices::open_device(config.device);
     std::vector<InertialSeries> all;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -24,8 +23,7 @@
 namespace porepack::lbm {
 namespace {
 
-constexpr double largest_wall_error = 0.25;    // of means in time; the correction is known to a half of it
-constexpr double wall_error_tolerance = 5e-3;  // of the permeability from which it follows
+constexpr double largest_wall_error = 0.25;  // of means in time; the correction is known to a half of it
 constexpr double fastest_allowed_lu = 0.1, slowest_viscosity_lu = 0.002, slowest_in_time_lu = 0.0008, creeping_viscosity_lu = 0.7 / 3.0;
 
 // What a flow should be, in lattice units; its speed is the superficial velocity.
@@ -76,7 +74,7 @@ public:
                                       {.tolerance = tolerance,
                                        .max_steps = criterion_.max_steps,
                                        .steps_per_check = steps_per_check(wanted),
-                                       .min_steps = scheme.inertia() ? min_steps(wanted) : 0});
+                                       .min_steps = inertia ? min_steps(wanted) : 0});
         // Drag of walls and grains per volume: of the deviation from the mean gradient, and the buoyancy of that gradient.
         // All of it belongs to the section, because free water has almost no resistance.
         const double layers = domain_.grid.whole_cells(2), volume = section_.area_cells * layers;
@@ -206,14 +204,24 @@ double expected_resistance(const InertialSeries& known, double wanted) {
     return std::clamp(now + slope * (wanted - last.reynolds), now, std::max(now, now * wanted / last.reynolds));
 }
 
+// solve(), with advice that fits a flow of a series.
+StokesRun steady_flow(Series& series, const Wanted& wanted, double tolerance, const char* fix) {
+    try {
+        return series.solve(wanted, tolerance);
+    } catch (const FlowDiverged& diverged) {
+        throw NumericalError(diverged.fault(), {.fix = fix});
+    }
+}
+
 // What the walls of the recursive collision do to k of creeping flow, relative to the steady scheme, at this viscosity (Re 0.001). The
 // stored flow stays.
 double wall_error(Series& series, const InertialSeries& known, double viscosity) {
     const double k_lu = known.creeping_permeability_m2 / (known.voxel_size_m * known.voxel_size_m),
                  speed = 1e-3 * viscosity / series.length();
     Stored before = series.stored();
-    const StokesRun run = series.solve(
-        {.viscosity = viscosity, .force = viscosity * speed / k_lu, .speed = speed, .model = Model::recursive}, wall_error_tolerance);
+    const StokesRun run =
+        steady_flow(series, {.viscosity = viscosity, .force = viscosity * speed / k_lu, .speed = speed, .model = Model::recursive},
+                    InertialFlow::InTime::wall_error_tolerance, "use smaller voxels or smaller Reynolds numbers");
     series.restore(std::move(before));
     if (!run.converged)
         throw NumericalError(fmt::format("creeping flow by the scheme of means in time is not steady after {} steps", run.steps),
@@ -268,16 +276,6 @@ TimeAverage average(Series& series, const InertialSeries& known, Wanted wanted, 
     return {series.average(wanted), walls};
 }
 
-constexpr const char* not_steady_fix = "compute the flow's mean in time (forchheimer.mean_in_time) on a periodic packing";
-
-StokesRun steady_flow(Series& series, const Wanted& wanted, double tolerance) {
-    try {
-        return series.solve(wanted, tolerance);
-    } catch (const FlowDiverged& diverged) {
-        throw NumericalError(diverged.fault(), {.fix = fmt::format("use smaller voxels, or {}", not_steady_fix)});
-    }
-}
-
 // The flow that should have the wanted Reynolds number.
 InertialFlow next_flow(Series& series, const InertialSeries& known, const InertialCriterion& criterion, double reynolds, double viscosity,
                        bool& two_times_stable) {
@@ -309,7 +307,9 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
                 fmt::format("the mean velocity is known to {:.2g} % only after {:.0f} turnovers", 100.0 * mean.half_width, mean.turnovers),
                 {.fix = "raise forchheimer.max_turnovers, or accept less certain means with statistical_tolerance"});
     } else {
-        StokesRun run = steady_flow(series, wanted, criterion.tolerance);
+        StokesRun run =
+            steady_flow(series, wanted, criterion.tolerance,
+                        "use smaller voxels, or compute the flow's mean in time (forchheimer.mean_in_time) on a periodic packing");
         flow.iteration_error = run.iteration_error;
         flow.converged = run.converged;
         flow.fastest_lu = series.fastest();
@@ -319,7 +319,7 @@ InertialFlow next_flow(Series& series, const InertialSeries& known, const Inerti
         if (!flow.converged)
             throw NumericalError(fmt::format("no steady flow within {} steps (iteration error {:.1e}, tolerance {:.1e})", run.steps,
                                              run.iteration_error, criterion.tolerance),
-                                 {.fix = not_steady_fix});
+                                 {.fix = "compute the flow's mean in time (forchheimer.mean_in_time) on a periodic packing"});
     }
     const Stored& found = series.stored();
     flow.reynolds = found.speed * series.length() / viscosity;

@@ -35,8 +35,9 @@ struct InertialFlow {
         double turnovers = 0.0;              ///< time, in passages of the mean velocity in the pores by one grain diameter
         double correlation_turnovers = 0.0;
         double wall_error = 0.0;  ///< k of creeping flow by the recursive collision over that by the steady one, minus 1; 0: the steady one
+        static constexpr double wall_error_tolerance = 2e-3;  ///< iteration error of the creeping flow
         /// Relative. After the correction, at most a quarter of the wall error was left (simple cubic spheres, Re up to 20).
-        [[nodiscard]] double wall_half_width() const { return 0.5 * std::abs(wall_error); }
+        [[nodiscard]] double wall_half_width() const { return wall_error == 0.0 ? 0.0 : 0.5 * std::abs(wall_error) + wall_error_tolerance; }
     };
     std::optional<InTime> in_time = {};
     long steps = 0;

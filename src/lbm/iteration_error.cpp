@@ -90,10 +90,11 @@ double iteration_error_with_inertia(const std::vector<ConvergencePoint>& history
             const double late = range(history, value, n - 1 - apart, n - 1),
                          before = range(history, value, n - 1 - 2 * apart, n - 1 - apart);
             const double ratio = before == 0.0 ? slowest_ratio : std::min(slowest_ratio, late / before);
-            further = std::max(further, std::max(least, ratio / (1.0 - ratio)) * late / std::abs(history.back().*value));
+            const double change = std::max(least, ratio / (1.0 - ratio)) * late / std::abs(history.back().*value);
+            if (!std::isfinite(change)) return 1.0;
+            further = std::max(further, change);
         }
-    const double estimate = 2.0 * further;
-    return std::isfinite(estimate) ? std::min(1.0, estimate) : 1.0;
+    return std::min(1.0, 2.0 * further);
 }
 
 bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
@@ -103,7 +104,7 @@ bool grows(const std::vector<ConvergencePoint>& history, double tolerance) {
     if (n < min_checks) return false;
     double before = 0.0;
     for (std::size_t first = n - 1 - parts * checks; first + 1 < n; first += checks) {
-        const double here = range(history, &ConvergencePoint::expected_lu, first + 1, first + checks);
+        const double here = range(history, &ConvergencePoint::expected_lu, first, first + checks);
         if (!(here > growth * before)) return false;
         before = here;
     }

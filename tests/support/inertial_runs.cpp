@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <iterator>
 #include <random>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/parallel.hpp"
 #include "lbm/inertia.hpp"
 #include "packing/packing.hpp"
 #include "pore_space/pore_space.hpp"
@@ -32,7 +33,11 @@ public:
     explicit Generator(unsigned seed) : random_(seed) {}
 
     double uniform(double low, double high) { return low + (high - low) * static_cast<double>(random_()) / 4294967296.0; }
-    Vec3 point() { return {uniform(0.0, 1.0), uniform(0.0, 1.0), uniform(0.0, 1.0)}; }
+    Vec3 point() {
+        Vec3 at;
+        for (double& x : at) x = uniform(0.0, 1.0);
+        return at;
+    }
 
     Bed next(int kind) {
         if (kind == 0) return cubic_array();
@@ -47,7 +52,8 @@ private:
         const std::array<std::pair<std::vector<Vec3>, double>, 3> arrays = {
             std::pair{simple_cubic(), 0.52}, {body_centred(), 0.67}, {face_centred, 0.73}};
         const auto& [centres, closest] = arrays[random_() % 3];
-        const KnownFlow array = sphere_array(closest * uniform(0.5, 1.0), 1.0, centres, point());
+        const double solid_fraction = closest * uniform(0.5, 1.0);
+        const KnownFlow array = sphere_array(solid_fraction, 1.0, centres, point());
         return {"cubic array of spheres", array.space(), array.diameter_m};
     }
     Bed spheres() {
@@ -90,10 +96,9 @@ private:
 
 std::vector<InertialRun> random_inertial_runs(unsigned seed, int series, double finest_nodes_per_diameter, double tolerance) {
     std::vector<std::vector<InertialRun>> of_series(static_cast<std::size_t>(series));
-#pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < series; ++i) {
+    parallel_for(of_series.size(), [&](std::size_t i) {
         Generator random(seed + 1000U * static_cast<unsigned>(i));
-        const Bed bed = random.next(i % 4);
+        const Bed bed = random.next(static_cast<int>(i % 4));
         const double nodes = random.uniform(8.0, finest_nodes_per_diameter);
         std::array<double, 3> reynolds{std::exp(random.uniform(std::log(0.5), std::log(5.0)))};
         for (std::size_t j = 1; j < 3; ++j) reynolds[j] = reynolds[j - 1] * random.uniform(2.0, 4.0);
@@ -101,17 +106,17 @@ std::vector<InertialRun> random_inertial_runs(unsigned seed, int series, double 
             const InertialSeries found =
                 lbm_inertial_flows(bed.space, bed.diameter / nodes, reynolds, bed.diameter, {.tolerance = tolerance, .max_steps = 60000});
             for (const InertialFlow& flow : found.flows)
-                of_series[static_cast<std::size_t>(i)].push_back({.name = bed.name,
-                                                                  .reynolds = flow.reynolds,
-                                                                  .run = {.nodes = found.nodes,
-                                                                          .steps = flow.steps,
-                                                                          .constant = true,
-                                                                          .steady_permeability_lu = flow.history.back().permeability_lu,
-                                                                          .history = flow.history}});
+                of_series[i].push_back({.name = bed.name,
+                                        .reynolds = flow.reynolds,
+                                        .run = {.nodes = found.nodes,
+                                                .steps = flow.steps,
+                                                .constant = true,
+                                                .steady_permeability_lu = flow.history.back().permeability_lu,
+                                                .history = flow.history}});
         } catch (const NumericalError&) {
-            continue;  // closed, or never steady
+            return;  // closed, or never steady
         }
-    }
+    });
     std::vector<InertialRun> all;
     for (auto& runs : of_series) std::move(runs.begin(), runs.end(), std::back_inserter(all));
     return all;
