@@ -24,10 +24,6 @@ namespace porepack::benchmarks {
 using namespace test;
 namespace {
 
-std::vector<shapes::Vec3> face_centred() {
-    return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.25}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.75}};
-}
-
 struct Array {
     const char* name;
     KnownFlow flow;

@@ -35,9 +35,9 @@ struct Unsteadiness {
 [[nodiscard]] double iteration_error(const std::vector<ConvergencePoint>& history);
 
 /// The same for a flow with inertia, whose steady permeability is not known to first order: twice the change that remains of k, from
-/// what k has covered in the last fifth and in the last third of the checks and in as many before. At least as much as in the last ones,
-/// so that no k that stands still for a moment, nor one that swings, is taken for a steady one. 1 before the twelfth check. How often it
-/// holds: `porepack benchmark iteration`.
+/// what k has covered in the last fifth and in the last third of the checks and in as many before. It is never less than what k
+/// has covered in those last checks, so that no k that stands still for a moment, nor one that swings, is taken for a steady one. 1 before
+/// the twelfth check. How often it holds: `porepack benchmark iteration`.
 [[nodiscard]] double iteration_error_with_inertia(const std::vector<ConvergencePoint>& history);
 
 /// Whether the flow grows instead of becoming steady, which walls in pores of a few nodes can cause: the second half of the checks, in four

@@ -48,9 +48,8 @@ public:
 
 private:
     Bed cubic_array() {
-        const std::vector<Vec3> face_centred = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.25}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.75}};
         const std::array<std::pair<std::vector<Vec3>, double>, 3> arrays = {
-            std::pair{simple_cubic(), 0.52}, {body_centred(), 0.67}, {face_centred, 0.73}};
+            std::pair{simple_cubic(), 0.52}, {body_centred(), 0.67}, {face_centred(), 0.73}};
         const auto& [centres, closest] = arrays[random_() % 3];
         const double solid_fraction = closest * uniform(0.5, 1.0);
         const KnownFlow array = sphere_array(solid_fraction, 1.0, centres, point());
@@ -77,7 +76,8 @@ private:
                         .shapes = {make_preset(ShapeKind::tetrapod, d, d)},
                         .bodies = {}};
         for (int i = 0; i < 14; ++i) {
-            const Eigen::Vector4d q(uniform(-0.5, 0.5), uniform(-0.5, 0.5), uniform(-0.5, 0.5), uniform(-0.5, 0.5));
+            Eigen::Vector4d q;
+            for (const int part : {3, 2, 1, 0}) q[part] = uniform(-0.5, 0.5);
             packing.bodies.push_back({.shape = 0, .position_m = point(), .orientation = Quaternion(q[0], q[1], q[2], q[3]).normalized()});
         }
         return {"overlapping tetrapods", pore_space_of(packing), 2.0 * d};

@@ -32,6 +32,9 @@ struct KnownFlow {
 [[nodiscard]] inline std::vector<shapes::Vec3> body_centred() {
     return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
 }
+[[nodiscard]] inline std::vector<shapes::Vec3> face_centred() {
+    return {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.25}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.75}};
+}
 
 /// Drag factor K of Zick & Homsy (1982): Eq. (T25).
 struct SphereDrag {

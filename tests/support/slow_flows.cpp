@@ -17,6 +17,7 @@
 #include "pore_space/percolation.hpp"
 #include "pore_space/pore_space.hpp"
 #include "pore_space/walls.hpp"
+#include "support/known_flows.hpp"
 #include "vessels/config.hpp"
 
 namespace porepack::test {
@@ -124,9 +125,7 @@ private:
     SlowFlow spheres_in_contact() {
         const int cells = between(16, 30), centres = between(0, 2);
         Packing packing = box(Vec3::Ones(), true);
-        const std::vector<std::vector<Vec3>> arrays = {{{0.5, 0.5, 0.5}},
-                                                       {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}},
-                                                       {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.25}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.75}}};
+        const std::vector<std::vector<Vec3>> arrays = {simple_cubic(), body_centred(), face_centred()};
         const double touching = std::array{0.5, 0.25 * std::numbers::sqrt3, 0.25 * std::numbers::sqrt2}[static_cast<std::size_t>(centres)];
         const Vec3 shift(uniform(0.0, 1.0), uniform(0.0, 1.0), uniform(0.0, 1.0));
         const double radius = touching * uniform(0.9, 1.04);
